@@ -1,0 +1,230 @@
+"""load(): a file to a Scene, whatever its format.
+
+A table says which reader takes which extension; a new format is one line there. STL, PLY, OBJ and OFF have readers of our own,
+which keep faces whole and start at once; glTF and 3MF are parsed by trimesh, imported when first needed. Whatever goes wrong is
+one FormatError with the file's name: a damaged file never crashes, hangs or fills the memory.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+from scanspan.assets.files import ArchiveFolder, DiskFolder, Limits, ModelFile, open_zip, read_regular
+from scanspan.assets.material import MAX_TEXTURE_PIXELS
+from scanspan.assets.mesh import NONFINITE
+from scanspan.assets.scene import Instance, Scene
+from scanspan.errors import FormatError, InputError, LimitError, unknown_name
+
+Reader = Callable[[ModelFile], list[Instance]]
+
+READERS: dict[str, tuple[str, str, str]] = {
+    "obj": ("read_obj", "read_obj", "+Y"),
+    "ply": ("read_ply", "read_ply", "+Y"),
+    "off": ("read_off", "read_off", "+Y"),
+    "stl": ("read_stl", "read_stl", "+Z"),
+    "gltf": ("read_gltf", "read_gltf", "+Y"),
+    "glb": ("read_gltf", "read_gltf", "+Y"),
+    "3mf": ("read_3mf", "read_3mf", "+Z"),
+}
+"""Extension to the reader's module beside this one, its function, and the direction that is up."""
+
+MAX_BYTES = 2**31
+MAX_TRIANGLES = 100_000_000
+MAX_FACE_CORNERS = 20_000
+"""Cutting a face takes time that grows with the square of its corners; this many take seconds."""
+
+FOREIGN = (ValueError, TypeError, KeyError, IndexError, AttributeError, ArithmeticError, AssertionError, EOFError, LookupError)
+"""What Python and the libraries raise over a damaged file; memory errors and recursion are added where they are caught."""
+
+
+def load(
+    path: str | os.PathLike[str],
+    *,
+    file_type: str | None = None,
+    nonfinite: str = "error",
+    max_bytes: int = MAX_BYTES,
+    max_triangles: int = MAX_TRIANGLES,
+    max_texture_pixels: int = MAX_TEXTURE_PIXELS,
+    max_face_corners: int = MAX_FACE_CORNERS,
+) -> Scene:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : an OBJ, PLY, STL, glTF, GLB, 3MF or OFF file, or a zip archive that holds one of them. A PLY without faces gives
+        points.
+    file_type : the extension to go by, where the name has none or a wrong one.
+    nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it.
+    max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
+    max_triangles, max_texture_pixels, max_face_corners : largest model, texture and face.
+
+    Returns
+    -------
+    Scene with at least one instance that draws something. `notes` tells what was left out, such as a texture that was not
+    found; the logger "scanspan" has the same lines. Other files are opened only in the model's folder or below it.
+
+    Raises
+    ------
+    FormatError : the file is missing, not a regular file, of an unknown kind, damaged or empty.
+    LimitError : the file is larger than a limit.
+    InputError : an option that cannot be used.
+    """
+    if nonfinite not in NONFINITE:
+        raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
+    limits = Limits(
+        as_limit(max_bytes, "max_bytes"),
+        as_limit(max_triangles, "max_triangles"),
+        as_limit(max_texture_pixels, "max_texture_pixels"),
+        as_limit(max_face_corners, "max_face_corners"),
+    )
+    name = _as_path(path)
+    kind = _kind_of(name, file_type)
+    content = _read(name, limits)
+    if not content:
+        raise FormatError(name, "the file is empty")
+    file = ModelFile(name, content, DiskFolder(Path(name).parent), limits, nonfinite)
+    if kind == "zip":
+        kind, file = _open_archive(file)
+    return _to_scene(kind, file)
+
+
+def file_types() -> tuple[str, ...]:
+    """Return the extensions that `load` knows.
+
+    >>> "obj" in file_types()
+    True
+    """
+    return (*READERS, "zip")
+
+
+def as_limit(value: int, name: str) -> int:
+    """Return a limit, a whole number above 0."""
+    if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
+        raise InputError(f"{name} = {value!r}: expected a whole number above 0")
+    return value
+
+
+def _as_path(path: str | os.PathLike[str]) -> str:
+    """Return a path as text."""
+    try:
+        name = os.fspath(path)
+    except TypeError:
+        raise InputError(f"path: expected text or a path, got {type(path).__name__}") from None
+    if not isinstance(name, str):
+        raise InputError(f"path: expected text or a path, got {type(name).__name__}")
+    if not name:
+        raise InputError("path: expected the name of a file, got an empty one")
+    return name
+
+
+def _kind_of(name: str, file_type: str | None) -> str:
+    """Return the lower-case extension to go by; raise when no reader has it."""
+    if file_type is not None:
+        if not isinstance(file_type, str):
+            raise InputError(f"file_type: expected text such as 'stl', got {file_type!r}")
+        kind = file_type.lower().removeprefix(".")
+        if kind not in file_types():
+            raise unknown_name("file type", file_type, file_types())
+        return kind
+    kind = os.path.splitext(name)[1].lower().removeprefix(".")
+    if kind not in file_types():
+        problem = f"unknown extension {'.' + kind!r}" if kind else "the name has no extension; give file_type"
+        _stat(name)
+        raise FormatError(name, f"{problem}; the known ones are: {', '.join(file_types())}")
+    return kind
+
+
+def _stat(name: str) -> None:
+    """Raise for a file that is not there or is a folder, which says more than an unknown extension."""
+    try:
+        if os.path.isdir(name):
+            raise FormatError(name, "it is a folder, expected a model file")
+        os.stat(name)
+    except ValueError as error:
+        raise error if isinstance(error, FormatError) else FormatError(repr(name), "it is not a name of a file") from None
+    except OSError as error:
+        raise FormatError(name, _reason(error)) from None
+
+
+def _read(name: str, limits: Limits) -> bytes:
+    """Return all bytes of the model file."""
+    try:
+        return read_regular(Path(name), limits.bytes)
+    except IsADirectoryError:
+        raise FormatError(name, "it is a folder, expected a model file") from None
+    except OSError as error:
+        raise FormatError(name, _reason(error)) from None
+    except LimitError:
+        raise
+    except ValueError:
+        raise FormatError(repr(name), "it is not a name of a file") from None
+
+
+def _reason(error: OSError) -> str:
+    """Return why a file cannot be opened, in few words."""
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file"
+    return (error.strerror or str(error)).lower()
+
+
+def _to_scene(kind: str, file: ModelFile) -> Scene:
+    """Run the reader; turn whatever it raises into one of our errors, and refuse a model that draws nothing."""
+    module, function, up = READERS[kind]
+    reader: Reader = getattr(import_module(f"scanspan.assets.{module}"), function)
+    try:
+        instances = reader(file)
+        scene = Scene(instances, up=up, name=os.path.basename(file.path), notes=file.notes)
+    except (FormatError, LimitError):
+        raise
+    except InputError as error:
+        raise file.error(str(error)) from None
+    except MemoryError:
+        raise file.error("it needs more memory than there is") from None
+    except RecursionError:
+        raise file.error("it is nested too deeply") from None
+    except FOREIGN as error:
+        raise file.error(f"the file is damaged ({type(error).__name__}: {_first_line(error)})") from error
+    if not scene.primitive_count:
+        raise file.error("the file has nothing to draw")
+    return scene
+
+
+def _first_line(error: BaseException) -> str:
+    """Return the first line of a message, at most 120 characters."""
+    lines = str(error).splitlines() or [""]
+    return lines[0][:120]
+
+
+def _open_archive(file: ModelFile) -> tuple[str, ModelFile]:
+    """Return the one model in a zip archive and its kind."""
+    archive = open_zip(file.content, file)
+    members = [
+        m.filename for m in archive.infolist() if not m.is_dir() and not m.filename.startswith(("__MACOSX/", "."))
+    ]
+    models = [name for name in members if os.path.splitext(name)[1].lower().removeprefix(".") in READERS]
+    if len(models) != 1:
+        shown = ", ".join(sorted(models)[:5]) + (", ..." if len(models) > 5 else "")
+        raise file.error(f"expected one model in the archive, there are {len(models)}{': ' + shown if models else ''}")
+
+    # Count what is unpacked, so that reading a member many times cannot pass the limit either.
+    left = file.limits.bytes
+
+    def spend(size: int) -> None:
+        nonlocal left
+        left -= size
+        if left < 0:
+            raise LimitError(f"{file.path}: unpacks to more than the limit of {file.limits.bytes} bytes (max_bytes)")
+
+    folder = ArchiveFolder(archive, posixpath.dirname(models[0]), spend)
+    try:
+        content = folder.read(posixpath.basename(models[0]), file.limits.bytes)
+    except OSError as error:
+        raise file.error(f"{models[0]}: {error}") from None
+    if not content:
+        raise file.error(f"{models[0]} in the archive is empty")
+    inside = ModelFile(f"{file.path}/{models[0]}", content, folder, file.limits, file.nonfinite)
+    return os.path.splitext(models[0])[1].lower().removeprefix("."), inside

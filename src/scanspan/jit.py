@@ -1,0 +1,109 @@
+"""The one file that touches numba: how kernels are declared, where their machine code is cached, and who hears of compiling.
+
+A kernel is a plain function of arrays and numbers. It never raises and never checks, so that it could be compiled ahead of time.
+`kernel` compiles it on its first call and caches the machine code on disk; `inline_kernel` pastes it into the kernel that calls it,
+which is how a traversal takes its writer as an argument at no cost (docs/decisions/0001-the-seam.md).
+
+No fastmath and no contraction: the same bits on every processor.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config, event
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def _is_writable(folder: Path) -> bool:
+    """Say whether files can be made in a folder, or in the nearest parent that exists."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def cache_folder() -> str:
+    """Return the folder for machine code when numba's own choices are all unwritable, else an empty string.
+
+    numba writes beside the source, else into the user's cache folder, else it raises. In a read-only install without a home a
+    private folder among the temporary files takes that place. Its name carries the user and its owner is checked, because what
+    lies in it is run.
+    """
+    if config.CACHE_DIR or _is_writable(Path(__file__).parent / "__pycache__"):
+        return ""
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    if _is_writable(Path(home) / "numba"):
+        return ""
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    folder = Path(tempfile.gettempdir()) / f"scanspan-kernels-{user}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        trusted = not hasattr(os, "getuid") or (folder.stat().st_uid == user and not folder.is_symlink())
+        if trusted and _is_writable(folder):
+            return str(folder)
+    except OSError:
+        pass
+    return tempfile.mkdtemp(prefix="scanspan-kernels-")
+
+
+_FALLBACK_FOLDER = cache_folder()
+
+
+def _declare(function: Function, **options: Any) -> Function:
+    """Declare a kernel with the cache folder in force for this declaration alone, so that other users of numba keep theirs."""
+    before = config.CACHE_DIR
+    try:
+        if _FALLBACK_FOLDER:
+            config.CACHE_DIR = _FALLBACK_FOLDER
+        declared: Function = numba.njit(nogil=True, error_model="numpy", **options)(function)
+        return declared
+    finally:
+        config.CACHE_DIR = before
+
+
+def kernel(function: Function) -> Function:
+    """Declare a kernel: compiled on first use, cached on disk, and it lets other threads run."""
+    return _declare(function, cache=True)
+
+
+def inline_kernel(function: Function) -> Function:
+    """Declare a kernel that is pasted into its callers; it may take other kernels as arguments and has no code of its own."""
+    return _declare(function, inline="always")
+
+
+def helper_kernel(function: Function) -> Function:
+    """Declare a small kernel that the compiler must paste into the machine code of whoever calls it."""
+    return _declare(function, forceinline=True)
+
+
+class _CompileListener(event.Listener):
+    """Calls a function at the first kernel that has to be compiled (a cache hit is no compile)."""
+
+    def __init__(self, announce: Callable[[], None]) -> None:
+        self.announce = announce
+        self.told = False
+
+    def on_start(self, event: Any) -> None:
+        """Tell once."""
+        if not self.told:
+            self.told = True
+            self.announce()
+
+    def on_end(self, event: Any) -> None:
+        """Nothing to do when a compile ends."""
+
+
+def on_first_compile(announce: Callable[[], None]) -> None:
+    """Call `announce` once, when a kernel is about to be compiled in this process."""
+    event.register("numba:compile", _CompileListener(announce))
+
+
+def signature_count(function: Any) -> int:
+    """Return how many argument types a kernel has been compiled or loaded for."""
+    return len(function.signatures)

@@ -1,0 +1,94 @@
+"""The names of the algorithms, and the one way to run one: over bands of the image, in threads, into a target.
+
+Every algorithm paints the same picture, bit for bit. A band of rows has one owner, so there are no locks and any number of threads
+gives the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+from typing import Any
+
+from scanspan.errors import unknown_name
+from scanspan.raster import half_space
+from scanspan.records import Array, Sampling, ScreenTriangles
+
+ALGORITHMS = {"half-space": "edge equations over the bounding box of each triangle"}
+ORDERS = {"rows": "row by row, from left to right"}
+COVERAGES = {"sample": "a pixel is covered where its sample is"}
+
+# The kernel of each algorithm for each kind of target (raster/write.py).
+KERNELS: dict[str, dict[str, Callable[..., None]]] = {
+    "half-space": {
+        "keys": half_space.half_space_keys,
+        "pairs": half_space.half_space_pairs,
+        "hits": half_space.half_space_hits,
+    },
+}
+
+CHUNK = 1 << 16  # triangles between two looks at the keyboard
+SMALL = 1 << 12  # triangles, and
+SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it saves
+
+
+def check_algorithm(algorithm: str, order: str, coverage: str) -> None:
+    """Raise an InputError for a name that is not known."""
+    for kind, name, valid in (("algorithm", algorithm, ALGORITHMS), ("order", order, ORDERS), ("coverage", coverage, COVERAGES)):
+        if not isinstance(name, str) or name not in valid:
+            raise unknown_name(kind, name, valid)
+
+
+def run(
+    algorithm: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int
+) -> None:
+    """Scan-convert all triangles into a target.
+
+    Parameters
+    ----------
+    algorithm : a name of ALGORITHMS.
+    kind : "keys", "pairs" or "hits": what the target holds.
+    target : (H, W) or (H, W, 2), see raster/write.py.
+    triangles : from geometry.
+    sampling : the rectangle, sample and rule.
+    threads : how many threads share the rows.
+    """
+    kernel = KERNELS[algorithm][kind]
+    count = len(triangles.corners)
+
+    def scan_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Scan-convert the rows of one band, in chunks so that an interrupt is noticed between them."""
+        within = sampling._replace(y_start=y_start, y_end=y_end)
+        for first in range(0, count, CHUNK):
+            if not stop.is_set():
+                kernel(target, triangles, first, min(first + CHUNK, count), within)
+
+    height, width = sampling.y_end, sampling.x_end
+    run_bands(scan_band, height, 1 if count < SMALL and height * width < SMALL_IMAGE else threads)
+
+
+def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int) -> list[Any]:
+    """Call `work(y_start, y_end, stop)` for bands of rows and return what it gave, from the top band to the bottom one.
+
+    Two bands a thread, so that one that finishes early has something to do. `stop` is set when the others need not go on.
+    """
+    stop = Event()
+    if threads == 1 or height < 2:
+        return [work(0, height, stop)]
+    count = min(2 * threads, height)
+    edges = [height * i // count for i in range(count + 1)]
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            return list(pool.map(work, edges[:-1], edges[1:], [stop] * count))
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def run_each(algorithm: str, kind: str, targets: Array, triangles: ScreenTriangles, sampling: Sampling) -> None:
+    """Scan-convert triangle n alone into targets[n], with the same kernel that `run` uses."""
+    kernel = KERNELS[algorithm][kind]
+    for n in range(len(triangles.corners)):
+        kernel(targets[n], triangles, n, n + 1, sampling)

@@ -1,0 +1,101 @@
+"""The data dictionary: every record that flows along an arrow of the pipeline, with shapes, types and units.
+
+All are named tuples of arrays or of numbers, because that is what kernels take; none has methods. Sub-pixels are 1/2^s of a pixel
+with s = ``subpixel_bits``. Ranges are half-open.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+Float32Array = npt.NDArray[np.float32]
+Float64Array = npt.NDArray[np.float64]
+Int32Array = npt.NDArray[np.int32]
+Int64Array = npt.NDArray[np.int64]
+UInt8Array = npt.NDArray[np.uint8]
+
+
+class DrawList(NamedTuple):
+    """A scene flattened for one camera: T triangles over all instances, in order, with V vertices.
+
+    A segment or a point comes as the two triangles of a quadrangle that faces the camera, so one rasterizer serves all kinds.
+    """
+
+    clip: Float64Array  # (V, 4) clip coordinates
+    positions: Float64Array  # (V, 3) in the world
+    triangles: Int32Array  # (T, 3) rows of clip and positions
+    primitive: Int32Array  # (T,) number of the face, segment or point, in scene order
+    instance: Int32Array  # (T,) number of the instance
+    element: Int32Array  # (T,) within its geometry: the triangle of a mesh, the segment, or the point
+    inner: UInt8Array  # (T,) bit i set: the edge opposite corner i is no edge of the face
+    mirrored: npt.NDArray[np.bool_]  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
+
+
+class ScreenTriangles(NamedTuple):
+    """What geometry hands to raster and to shade: N triangles in front of the eye, as corners in a list of V projected vertices.
+
+    A triangle that the near plane cut comes as several pieces; they follow each other, so `source` never decreases and the lower
+    piece is always the lower primitive.
+    """
+
+    xy: Int64Array  # (V, 2) sub-pixels, x right and y down from the image's top-left corner
+    depth: Float64Array  # (V,) 1 at the near plane, 0 at z = w
+    inverse_w: Float64Array  # (V,) 1 / clip w
+    corners: Int32Array  # (N, 3) rows of xy
+    source: Int32Array  # (N,) the input triangle that each belongs to
+    piece: Int32Array  # (N,) row of weights, -1 for a triangle that was not cut
+    weights: Float64Array  # (P, 3, 3) weights[p, c, k]: share of the source's corner k in corner c of piece p
+    inner: UInt8Array  # (N,) bit i set: the edge opposite corner i was made by clipping
+
+
+class Sampling(NamedTuple):
+    """Where a kernel samples and by which rule: a rectangle of pixels, the sample's place in each, the edge rule and the culling."""
+
+    x_start: int  # pixels
+    x_end: int
+    y_start: int
+    y_end: int
+    subpixel_bits: int
+    sample_x: int  # sub-pixels right of a pixel's left edge
+    sample_y: int  # sub-pixels below a pixel's top edge
+    cull: int  # 0 nothing, 1 clockwise as seen (back faces), -1 counter-clockwise as seen
+    rule: int  # raster/edge.py: TOP_LEFT ... OFFSCREEN_POINT
+    rule_x: int  # the off-screen point in sub-pixels, homogeneous
+    rule_y: int
+    rule_w: int  # 1 or, for a direction, 0
+
+
+class TriangleSetup(NamedTuple):
+    """One triangle ready to be scan-converted: three edge functions and the depth, all affine in integer pixel steps.
+
+    At the sample of pixel (x, y), with i = x - x_start and j = y - y_start, edge k is f_k + a_k i + b_k j: the exact edge value with
+    the rule's bias folded in, divided by 2^s and floored, so it is negative exactly where the edge excludes the sample. Depth is
+    depth + (g1 + g1_x i + g1_y j) slope1 + (g2 + g2_x i + g2_y j) slope2, the integers exact.
+    """
+
+    x_start: int  # the pixels whose samples lie in the bounding box, within the rectangle
+    x_end: int
+    y_start: int
+    y_end: int  # equal to y_start where there is nothing to draw
+    f0: int
+    f1: int
+    f2: int
+    a0: int
+    a1: int
+    a2: int
+    b0: int
+    b1: int
+    b2: int
+    g1: int
+    g1_x: int
+    g1_y: int
+    g2: int
+    g2_x: int
+    g2_y: int
+    depth: float
+    slope1: float
+    slope2: float

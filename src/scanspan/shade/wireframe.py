@@ -1,0 +1,46 @@
+"""Wireframe overlay: how far a visible sample is from the nearest edge of its face, on the screen.
+
+The distance is the edge value over the edge's length, so the overlay needs no lines, hides what is hidden, and cannot stray from the
+triangles. Half a line is drawn on either side of an edge; the cuts inside a polygon are no edges.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scanspan.geometry.fixed_point import halves_float, product_halves
+from scanspan.jit import helper_kernel, kernel
+
+
+@helper_kernel
+def edge_distance(a_x, a_y, b_x, b_y, x, y):
+    """Return the distance of a sample to the line through a and b, all in sub-pixels."""
+    high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
+    across, down = np.float64(b_x - a_x), np.float64(b_y - a_y)
+    return abs(halves_float(high, low)) / np.sqrt(across * across + down * down)
+
+
+@kernel
+def overlay_edges_kernel(slots, triangles, inner, sample_x, sample_y, subpixel_bits, y_start, width, color, out):
+    """Paint the samples that lie within half a line's width of an edge.
+
+    Shapes  slots: (h, W) int32; triangles: ScreenTriangles; inner: (T,) uint8 of the DrawList; color: (4,) float32; out: (h, W, 4)
+            float32 linear.
+    Units   width in pixels; sample_x, sample_y in sub-pixels; y_start: row of the image that slots begin with.
+    """
+    xy, corners = triangles.xy, triangles.corners
+    limit = 0.5 * width * np.float64(np.int64(1) << subpixel_bits)
+    for j in range(slots.shape[0]):
+        y = ((y_start + j) << subpixel_bits) + sample_y
+        for i in range(slots.shape[1]):
+            n = slots[j, i]
+            if n < 0:
+                continue
+            x = (i << subpixel_bits) + sample_x
+            p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
+            hidden = triangles.inner[n] | inner[triangles.source[n]] if triangles.piece[n] < 0 else triangles.inner[n]
+            near = hidden & 1 == 0 and edge_distance(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y) <= limit
+            near |= hidden & 2 == 0 and edge_distance(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y) <= limit
+            near |= hidden & 4 == 0 and edge_distance(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y) <= limit
+            if near:
+                out[j, i] = color

@@ -1,0 +1,22 @@
+"""Merging: the nearer of two samples, then the lower number.
+
+The merge is associative, commutative and idempotent, so any split of a scene over tiles, threads, files or machines gives the same
+picture. It uses the comparison of the writers; there is no second one.
+"""
+
+from __future__ import annotations
+
+from scanspan.jit import kernel
+from scanspan.raster.write import is_nearer
+
+
+@kernel
+def merge_kernel(depth, primitive, other_depth, other_primitive):
+    """Put the nearer of each pair of samples into the first arrays.
+
+    Shapes  four flat arrays of one length; depth -inf and primitive -1 where there is nothing.
+    """
+    for i in range(depth.shape[0]):
+        if is_nearer(other_depth[i], other_primitive[i], depth[i], primitive[i]):
+            depth[i] = other_depth[i]
+            primitive[i] = other_primitive[i]

@@ -1,0 +1,194 @@
+"""Visibility: which triangle is seen at each sample and how deep, and the one way to find that out.
+
+The buffers live here; the algorithms of raster/ fill them through the writers. What comes out is in terms of slots, the rows of
+ScreenTriangles; the numbers of the caller's triangles follow from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from threading import Event
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scanspan.errors import InputError
+from scanspan.jit import kernel
+from scanspan.raster.algorithms import run, run_bands
+from scanspan.raster.options import OffscreenPoint, make_sampling
+from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
+from scanspan.records import Array, Float64Array, Int32Array, ScreenTriangles
+from scanspan.samples import sample_offsets
+from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel
+from scanspan.target.merge import merge_kernel
+
+
+class RasterOptions(NamedTuple):
+    """How to rasterize, all checked."""
+
+    size: tuple[int, int]
+    algorithm: str
+    rule: str | OffscreenPoint
+    cull: str
+    subpixel_bits: int
+    depth_bits: int
+    threads: int
+
+
+class Plane(NamedTuple):
+    """What is seen at one sample of every pixel."""
+
+    offset: Array  # (2,) int64, the sample's place in the pixel in sub-pixels
+    slot: Int32Array  # (H, W) row of ScreenTriangles, -1 nothing
+    depth: Array  # (H, W) float32 or float64, -inf nothing
+
+
+@kernel
+def unpack_kernel(keys, slot, depth):
+    """Split keys into slots and depths.
+
+    Shapes  keys: (h, W) int64; slot: (h, W) int32; depth: (h, W) float32.
+    """
+    for j in range(keys.shape[0]):
+        for i in range(keys.shape[1]):
+            key = keys[j, i]
+            slot[j, i] = -1 if key == EMPTY_KEY else unpack_number(key)
+            depth[j, i] = -np.inf if key == EMPTY_KEY else unpack_depth(key)
+
+
+def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptions) -> Plane:
+    """Rasterize triangles at one sample position and keep the nearest at each pixel.
+
+    Parameters
+    ----------
+    triangles : from geometry.
+    offset : (2,) the sample's place in the pixel, sub-pixels.
+    options : the checked options.
+    """
+    width, height = options.size
+    sampling = make_sampling(
+        options.size, offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits
+    )
+    if options.depth_bits == 64:
+        pairs = np.empty((height, width, 2))
+        pairs[...] = (-np.inf, -1.0)
+        run(options.algorithm, "pairs", pairs, triangles, sampling, options.threads)
+        return Plane(offset, pairs[..., 1].astype(np.int32), pairs[..., 0].copy())
+
+    keys = np.full((height, width), EMPTY_KEY)
+    run(options.algorithm, "keys", keys, triangles, sampling, options.threads)
+    slot, depth = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
+
+    def unpack(y_start: int, y_end: int, stop: Event) -> None:
+        """Split the keys of one band."""
+        unpack_kernel(keys[y_start:y_end], slot[y_start:y_end], depth[y_start:y_end])
+
+    run_bands(unpack, height, options.threads)
+    return Plane(offset, slot, depth)
+
+
+def find_barycentric(plane: Plane, triangles: ScreenTriangles, options: RasterOptions) -> Float64Array:
+    """Return the (H, W, 3) perspective-correct weights of the source triangles' corners, 0 where there is nothing."""
+    out = np.empty((*plane.slot.shape, 3))
+
+    def weigh(y_start: int, y_end: int, stop: Event) -> None:
+        """Find the weights of one band."""
+        barycentric_kernel(
+            plane.slot[y_start:y_end], triangles, plane.offset[0], plane.offset[1], options.subpixel_bits, y_start,
+            out[y_start:y_end],
+        )  # fmt: skip
+
+    run_bands(weigh, options.size[1], options.threads)
+    return out
+
+
+def numbers_of(slot: Int32Array, number: Array) -> Array:
+    """Return the number of the thing in each slot of a plane, -1 where there is nothing."""
+    found = np.full(slot.shape, -1, np.int32 if len(number) < 1 << 31 else np.int64)
+    if len(number):
+        np.copyto(found, number.take(slot, mode="clip"), where=slot >= 0)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Visibility:
+    """What `rasterize` found at every sample.
+
+    Attributes
+    ----------
+    primitive : (H, W) or (H, W, S) int32, the triangle that is seen, -1 where there is none.
+    depth : the same shape, float32 or float64: 1 at the near plane and 0 at z = w, -inf where there is nothing.
+    barycentric : (H, W, 3) or (H, W, S, 3) float64, perspective-correct weights of the triangle's corners; computed when asked for.
+    counters : what happened to the triangles on the way: how many came, were cut by a plane, or lay outside.
+    """
+
+    primitive: Array
+    depth: Array
+    counters: Mapping[str, int]
+    triangles: Int32Array = field(repr=False)
+    planes: tuple[Plane, ...] = field(repr=False, default=())
+    screen: ScreenTriangles | None = field(repr=False, default=None)
+    options: RasterOptions | None = field(repr=False, default=None)
+
+    @cached_property
+    def barycentric(self) -> Float64Array:
+        """Perspective-correct weights, (H, W, 3) or (H, W, S, 3) float64."""
+        if self.screen is None or self.options is None:
+            raise InputError("a merged Visibility has no barycentric weights: take them before merging")
+        weights = [find_barycentric(plane, self.screen, self.options) for plane in self.planes]
+        return weights[0] if len(weights) == 1 else np.stack(weights, axis=2)
+
+
+def rasterize_triangles(
+    screen: ScreenTriangles, triangles: Int32Array, samples: int, options: RasterOptions
+) -> Visibility:
+    """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
+    offsets = sample_offsets(samples, options.subpixel_bits)
+    planes = tuple(find_visible(screen, offset, options) for offset in offsets)
+    primitive = [numbers_of(plane.slot, screen.source) for plane in planes]
+    cut = len(np.unique(screen.source[screen.piece >= 0]))
+    kept = int((screen.piece < 0).sum()) + cut
+    return Visibility(
+        primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
+        depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
+        counters={"triangles": len(triangles), "cut": cut, "outside": len(triangles) - kept, "drawn": len(screen.corners)},
+        triangles=triangles,
+        planes=planes,
+        screen=screen,
+        options=options,
+    )
+
+
+def interpolate_visible(visibility: Visibility, values: Float64Array) -> Float64Array:
+    """Return (..., k) per-vertex values at every sample of a Visibility, 0 where there is nothing."""
+    shape = visibility.primitive.shape
+    out = np.zeros((*shape, values.shape[1]))
+    interpolate_vertices_kernel(
+        visibility.primitive.reshape(-1),
+        visibility.barycentric.reshape(-1, 3),
+        visibility.triangles,
+        values,
+        out.reshape(-1, values.shape[1]),
+    )
+    return out
+
+
+def merge(a: Visibility, b: Visibility) -> Visibility:
+    """Return the nearer of two Visibilities at every sample; equal depths go to the lower primitive number.
+
+    The two must have the same shape and depth type, and their primitives must be numbered through both.
+
+    Raises
+    ------
+    InputError : when shapes or types differ.
+    """
+    if a.primitive.shape != b.primitive.shape or a.depth.dtype != b.depth.dtype:
+        raise InputError(
+            f"merge: {a.primitive.shape} {a.depth.dtype} and {b.primitive.shape} {b.depth.dtype} must have the same shape and type"
+        )
+    depth, primitive = a.depth.copy(), a.primitive.copy()
+    merge_kernel(depth.reshape(-1), primitive.reshape(-1), b.depth.reshape(-1), b.primitive.reshape(-1))
+    counters: dict[str, Any] = {name: a.counters[name] + b.counters[name] for name in a.counters}
+    return Visibility(primitive, depth, counters, a.triangles)

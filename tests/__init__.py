@@ -1,0 +1,1 @@
+"""The tests of scanspan, and the oracles they compare it with."""
