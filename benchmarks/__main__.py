@@ -1,8 +1,8 @@
 """Run the race: `python -m benchmarks --scenes A,B,C,M,T,start --reps 7 -o table.md`.
 
-Every peer runs in a worker process of its own, so that none warms or fragments the memory of another. The workers wait on their
-standard input and are asked in turns, so that a slow minute of the machine hits all of them. CPU time is what the ratios are made
-of, because other programs may use the core too; wall time stands beside it.
+Every peer runs in a worker process of its own, so that none warms or fragments the memory of another. The workers wait on
+their standard input and are asked in turns, so that a slow minute of the machine hits all of them. Ratios are made of CPU time,
+because other programs may use the core too; wall time stands beside it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ OPENCV_TRIANGLE = """
 import numpy as np, cv2
 v = np.array([[-0.8, -0.7, -1], [0.9, -0.5, -1], [0, 0.8, -1]], np.float32)
 c, z = np.zeros((256, 256, 3), np.float32), np.full((256, 256), 4, np.float32)
-cv2.triangleRasterize(v, np.array([[0, 1, 2]], np.int32), np.ones((3, 3), np.float32), c, z, np.eye(4, dtype=np.float32)[:3], 1.57, 0.5, 4)
+white, view = np.ones((3, 3), np.float32), np.eye(4, dtype=np.float32)[:3]
+cv2.triangleRasterize(v, np.array([[0, 1, 2]], np.int32), white, c, z, view, 1.57, 0.5, 4)
 """
 
 
@@ -58,7 +59,7 @@ def work(peer: str, scene_name: str, scale: float) -> None:
     scene = scenes.make(scene_name, scale)
     try:
         entry = peers.PEERS[peer][0](scene)
-    except peers.Missing as missing:
+    except peers.MissingError as missing:
         print(json.dumps({"absent": str(missing)}), flush=True)
         return
 
@@ -134,16 +135,27 @@ def race(scene_name: str, repetitions: int, scale: float, core: int | None) -> s
     return report.scene_table(scene_name, about["count"], about["area"], tuple(about["size"]), timings)
 
 
+def _children_cpu() -> float:
+    """Return the CPU seconds of all processes that this one has started and that have ended."""
+    try:
+        import resource
+    except ImportError:
+        times = os.times()
+        return times.children_user + times.children_system
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def _time_process(code: str, variables: dict[str, str], times: report.Timings) -> None:
     """Run a program in a fresh interpreter and add its times, or say why it failed."""
-    before, started = os.times(), time.perf_counter()
+    before, started = _children_cpu(), time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], env=variables, cwd=ROOT, capture_output=True, text=True, check=False)
-    after = os.times()
+    wall = time.perf_counter() - started
     if done.returncode:
         times.absent = (done.stderr.strip().splitlines() or ["failed without a message"])[-1]
         return
-    times.wall.append(time.perf_counter() - started)
-    times.cpu.append(after.children_user + after.children_system - before.children_user - before.children_system)
+    times.wall.append(wall)
+    times.cpu.append(_children_cpu() - before)
 
 
 def starts(repetitions: int, core: int | None) -> str:

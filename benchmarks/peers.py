@@ -1,8 +1,8 @@
 """Who is raced: scanspan, OpenCV's three ways to fill triangles, and filling the same arrays with a constant.
 
-A peer takes a scene and returns two functions. `convert` turns the arrays of the scene into what the peer takes; `draw` clears,
-draws and returns the picture as NumPy arrays. Each is timed by itself, because a caller may hold either form of the arrays. Every
-peer uses one thread. What a peer returns differs, and so do its sub-pixels and edge rule: `GIVES` says what it is.
+A peer is made ready for a scene. Its `convert` turns the arrays of the scene into what the peer takes; its `draw` clears,
+draws and returns the picture as NumPy arrays. Each is timed by itself, because a caller may hold either form of the arrays.
+All use one thread. What peers return differs, and so do their edge rules: `PEERS` says how.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Entry(NamedTuple):
     covered: Callable[[Arrays], int]
 
 
-class Missing(Exception):
+class MissingError(Exception):
     """A peer that is not installed; the message says what to install."""
 
 
@@ -37,9 +37,9 @@ def _cv2() -> Any:
     try:
         import cv2
     except ImportError as error:
-        raise Missing("needs opencv-python-headless 5, which is in the bench dependency group") from error
+        raise MissingError("needs opencv-python-headless 5, which is in the bench dependency group") from error
     if not hasattr(cv2, "triangleRasterize"):
-        raise Missing(f"needs OpenCV 5; this is {cv2.__version__}, which has no triangleRasterize")
+        raise MissingError(f"needs OpenCV 5; this is {cv2.__version__}, which has no triangleRasterize")
     cv2.setNumThreads(1)
     return cv2
 
@@ -140,7 +140,7 @@ def opencv_color_entry(scene: Scene) -> Entry:
 def opencv_convex_entry(scene: Scene) -> Entry:
     """Return OpenCV's fillConvexPoly, called for each triangle, with 8 sub-pixel bits."""
     if isinstance(scene, MeshScene):
-        raise Missing("draws flat triangles only")
+        raise MissingError("draws flat triangles only")
     cv2, picture = _cv2(), np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
     held: list[list[Any]] = [[], []]
 

@@ -1,4 +1,4 @@
-"""Turns timings into Markdown: medians with their ranges, ratios to scanspan and to memory fill, and the machine they come from."""
+"""Turns timings into Markdown: medians with ranges, ratios to scanspan and to memory fill, and the machine they come from."""
 
 from __future__ import annotations
 
@@ -122,9 +122,9 @@ def heading(repetitions: int, core: int | None, scale: float) -> str:
         "## Benchmarks",
         "",
         f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {sys.version.split()[0]}, {packages}.",
-        f"One worker process for each peer, {pinned}, one thread, {repetitions} repetitions taken in turns; median [lowest, highest].",
-        "Drawing includes clearing and, for meshes, the transformation; converting is from the scene's arrays to the peer's."
-        + shrunk,
+        f"One worker process a peer, {pinned}, one thread, {repetitions} repetitions in turns, median [lowest, highest].",
+        "Drawing includes clearing and, for meshes, the transformation; converting is from the scene's arrays to the peer's.",
+        'Ratios are of CPU time: 2.00 x "of scanspan\'s time" means that scanspan takes half as long.' + shrunk,
         "",
         *(f"- {peer}: {gives}." for peer, (_, gives) in PEERS.items()),
         "",

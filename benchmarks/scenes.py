@@ -1,8 +1,8 @@
 """The scenes that are raced: flat triangles of three sizes, a mesh of two sizes, and one triangle.
 
-A has a million triangles of 8 px, B a hundred thousand of 200 px, C two thousand of 50,000 px, all inside the image and painted in
-order, the later over the earlier. M is a torus knot in perspective with depth. T is one triangle in a small image, where the
-overhead of a call shows. Everything is made from fixed seeds; `scale` changes the number of triangles and nothing else.
+A has a million triangles of 8 px, B a hundred thousand of 200 px, C two thousand of 50,000 px, all inside the image and painted
+in order, the later over the earlier. M is a torus knot in perspective with depth. T is one triangle in a small image, where the
+overhead of a call shows. Everything is made from fixed seeds; `scale` changes the number of triangles and little else.
 """
 
 from __future__ import annotations
@@ -116,10 +116,10 @@ def one_triangle() -> FlatScene:
     return FlatScene("T", (256, 256), vertices, np.array([[255, 128, 0, 255]], dtype=np.uint8))
 
 
-def _curve(t: Floats) -> Floats:
+def _curve(t: NDArray[Any]) -> Floats:
     """Return points of the (2, 3) torus knot."""
     ring = 2 + np.cos(3 * t)
-    return np.stack([ring * np.cos(2 * t), ring * np.sin(2 * t), np.sin(3 * t)], axis=-1) / 3
+    return np.asarray(np.stack([ring * np.cos(2 * t), ring * np.sin(2 * t), np.sin(3 * t)], axis=-1) / 3)
 
 
 def torus_knot(along: int, around: int) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

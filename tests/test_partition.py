@@ -6,13 +6,14 @@ tested as well. They are planar by construction in whole sub-pixels. No oracle t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay  # type: ignore[import-untyped]
 
 import scanspan as ss
 from tests import exact, reference
@@ -118,7 +119,7 @@ def split_mesh(rng: np.random.Generator, bits: int, count: int) -> Floats:
     return shuffled(np.array(triangles, dtype=np.float64) / scale, rng)
 
 
-MESHES = {
+MESHES: dict[str, Callable[[np.random.Generator], Floats]] = {
     "delaunay-lattice": lambda rng: delaunay_mesh(rng, 1.0, 150),
     "delaunay-half-lattice": lambda rng: delaunay_mesh(rng, 0.5, 400),
     "delaunay-random": lambda rng: delaunay_mesh(rng, 1 / 256, 400),
@@ -315,7 +316,7 @@ def test_neighbours_agree_across_the_near_plane() -> None:
     # A parallelogram in clip space that crosses the near plane and the eye, cut along one diagonal and along the other.
     rng, size = np.random.default_rng(15), (12, 12)
     owned = 0
-    for _ in range(60):
+    for _ in range(40):
         a, b, c = rng.normal(0, 1, (3, 4))
         for vertex in (a, b, c):
             vertex[3] = rng.uniform(-1, 2)
@@ -335,4 +336,4 @@ def test_neighbours_agree_across_the_near_plane() -> None:
             ]
             assert "must" not in [verdict.coverage for verdict in verdicts], (clip.tolist(), i, j)
         owned += int(counts.sum())
-    assert owned > 200
+    assert owned > 150

@@ -318,6 +318,8 @@ def run(seed: int, count: int, processes: int = 1, batch: int = BATCH, report: C
     if processes <= 1:
         for number, size in enumerate(sizes):
             total.merge(run_batch(seed, number, size))
+            if report:
+                report(total.triangles)
         return total
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context) as pool:

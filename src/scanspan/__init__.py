@@ -12,19 +12,57 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scanspan.assets.camera import Camera as Camera
+    from scanspan.assets.load import load as load
+    from scanspan.assets.material import Material as Material
+    from scanspan.assets.material import Texture as Texture
+    from scanspan.assets.mesh import Mesh as Mesh
+    from scanspan.assets.scene import Instance as Instance
+    from scanspan.assets.scene import Scene as Scene
+    from scanspan.assets.shapes import Points as Points
+    from scanspan.assets.shapes import Segments as Segments
+    from scanspan.errors import FormatError as FormatError
+    from scanspan.errors import InputError as InputError
+    from scanspan.errors import LimitError as LimitError
+    from scanspan.errors import ScanspanError as ScanspanError
     from scanspan.pipeline import count as count
     from scanspan.pipeline import interpolate as interpolate
     from scanspan.pipeline import rasterize as rasterize
+    from scanspan.pipeline import render as render
+    from scanspan.raster.algorithms import ALGORITHMS as ALGORITHMS
+    from scanspan.raster.algorithms import ORDERS as ORDERS
     from scanspan.raster.options import OffscreenPoint as OffscreenPoint
+    from scanspan.target.frame import Frame as Frame
+    from scanspan.target.visibility import Visibility as Visibility
+    from scanspan.target.visibility import merge as merge
 
 __version__ = "0.1.0"
 
 # Where each public name lives.
 _HOMES = {
+    "ALGORITHMS": "raster.algorithms",
+    "Camera": "assets.camera",
+    "FormatError": "errors",
+    "Frame": "target.frame",
+    "InputError": "errors",
+    "Instance": "assets.scene",
+    "LimitError": "errors",
+    "Material": "assets.material",
+    "Mesh": "assets.mesh",
+    "ORDERS": "raster.algorithms",
     "OffscreenPoint": "raster.options",
+    "Points": "assets.shapes",
+    "Scene": "assets.scene",
+    "ScanspanError": "errors",
+    "Segments": "assets.shapes",
+    "Texture": "assets.material",
+    "Visibility": "target.visibility",
     "count": "pipeline",
     "interpolate": "pipeline",
+    "load": "assets.load",
+    "merge": "target.visibility",
     "rasterize": "pipeline",
+    "render": "pipeline",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -5,20 +5,154 @@
 
 from __future__ import annotations
 
+from threading import Event
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.lens import check_size
 from scanspan.assets.buffers import check_clip, check_screen_triangles, check_triangles, check_values
-from scanspan.errors import InputError
+from scanspan.assets.camera import Camera
+from scanspan.assets.framing import parse_up
+from scanspan.assets.lens import check_size
+from scanspan.assets.scene import Geometry, Instance, Scene
+from scanspan.errors import InputError, LimitError
+from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
 from scanspan.geometry.project import screen_triangles
-from scanspan.raster.algorithms import check_algorithm, run, run_each
-from scanspan.raster.options import OffscreenPoint, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
+from scanspan.raster.options import OffscreenPoint, check_number, check_subpixel_bits, check_threads, make_sampling
 from scanspan.samples import sample_offsets
-from scanspan.target.visibility import RasterOptions, Visibility, interpolate_visible, rasterize_triangles
+from scanspan.shade.color import linear_color
+from scanspan.shade.shading import ROWS, Look, gather_surfaces, shade_rows
+from scanspan.shade.surface import check_shading
+from scanspan.target.frame import Frame
+from scanspan.target.resolve import background as make_background
+from scanspan.target.resolve import resolve
+from scanspan.target.visibility import (
+    RasterOptions,
+    Visibility,
+    count_triangles,
+    find_visible,
+    interpolate_visible,
+    rasterize_triangles,
+)
+
+MAX_PIXELS = 1 << 28  # of an image by default; buffers take some 50 bytes a pixel
+
+
+def check_pixels(size: Any, max_pixels: int) -> tuple[int, int]:
+    """Return a size as two integers, if it is one and not too large."""
+    width, height = check_size(size)
+    if width * height > max_pixels:
+        raise LimitError(f"size = ({width}, {height}): {width * height} pixels, the limit is max_pixels={max_pixels}")
+    return width, height
+
+
+def render(
+    scene: Scene | Instance | Geometry,
+    camera: Camera | str | None = None,
+    size: tuple[int, int] = (1280, 960),
+    *,
+    algorithm: str = "half-space",
+    order: str = "rows",
+    samples: int = 4,
+    cull: str = "none",
+    background: Any = None,
+    shading: str = "auto",
+    crease_angle: float = 45.0,
+    two_sided: bool = True,
+    textures: bool = True,
+    edges: bool = False,
+    line_width: float = 1.0,
+    edge_color: Any = (0.08, 0.09, 0.11),
+    up: str | None = None,
+    blend: str = "linear",
+    subpixel_bits: int = 8,
+    threads: int | None = None,
+    max_pixels: int = MAX_PIXELS,
+) -> Frame:
+    """Render a scene to a picture.
+
+    Parameters
+    ----------
+    scene : a Scene, or one Mesh, Segments, Points or Instance.
+    camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the scene
+        fills the picture; None is "iso".
+    size : (width, height) in pixels.
+    algorithm, order : names; see `scanspan.ALGORITHMS`. All paint the same picture.
+    samples : samples a pixel for the colour: 1, 2, 4, 8 or 16.
+    cull : "none", "back" or "front".
+    background : None for a soft gradient, a colour, a pair (top, bottom) of them, or "transparent".
+    shading : "auto" takes the file's normals where it has them, "smooth" computes them, "flat" has one for each face.
+    crease_angle : degrees; faces that meet at less share a normal.
+    two_sided : whether the back of a surface is lit like its front.
+    textures : whether base-colour textures are shown.
+    edges, line_width, edge_color : whether the edges of faces are drawn over them, how wide in pixels, and in which colour.
+    up : "+Y", "-Z", ...: the direction of the sky, and of a named view; the scene's own by default.
+    blend : "linear", or "srgb" to average samples as tools without linear light do.
+    subpixel_bits : vertices are snapped to 1/2^s pixel; 4 to 16.
+    threads : by default one for each processor. The picture is the same for any number.
+    max_pixels : a larger size is refused.
+
+    Returns
+    -------
+    Frame : `frame.color` is the picture, `frame.save("out.png")` writes it; depth, numbers and more are fields of it.
+
+    Raises
+    ------
+    InputError : for anything that cannot be used; the message quotes it.
+
+    Examples
+    --------
+    >>> import scanspan as ss
+    >>> mesh = ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    >>> ss.render(mesh, "front", size=(64, 48), background="white").color[0, 0].tolist()
+    [255, 255, 255, 255]
+    """
+    # Check everything before anything is done.
+    check_algorithm(algorithm, order, "sample")
+    check_shading(shading)
+    bits = check_subpixel_bits(subpixel_bits)
+    offsets, centre_offset = sample_offsets(samples, bits), sample_offsets(1, bits)[0]
+    options = RasterOptions(check_pixels(size, max_pixels), algorithm, "top-left", cull, bits, 32, check_threads(threads))
+    make_sampling(options.size, centre_offset, rule=options.rule, cull=cull, subpixel_bits=bits)
+    behind = make_background(background, options.size, blend)
+    look = Look(
+        shading, check_number("crease_angle", crease_angle, 0, 180), bool(two_sided), bool(textures), bool(edges),
+        check_number("line_width", line_width, 0, 1000), linear_color(edge_color),
+    )  # fmt: skip
+
+    # Assets: what is there, and from where it is seen.
+    scene = scene if isinstance(scene, Scene) else Scene(scene)
+    width, height = options.size
+    if not isinstance(camera, Camera):
+        camera = Camera.frame(scene, "iso" if camera is None else camera, up=up, aspect=width / height, fit="points")
+
+    # Geometry: triangles on the screen.
+    draw = assemble(scene, camera, options.size)
+    screen = to_screen(draw.clip, draw.triangles, options.size, bits, camera.has_far)
+
+    # Raster, shade, target: find what each sample sees, shade it, and add the samples up.
+    surfaces = gather_surfaces(scene, draw, camera, options.size, parse_up(up or scene.up), look)
+    sums = np.zeros((height, width, 4), np.float32)
+    for offset in offsets:
+        slots = find_visible(screen, offset, options).slot
+
+        def shade_band(y_start: int, y_end: int, stop: Event) -> None:
+            """Shade the rows of one band."""
+            for y in range(y_start, y_end, ROWS):
+                part = slots[y : min(y + ROWS, y_end)]
+                if not stop.is_set() and part.max() >= 0:
+                    shade_rows(scene, draw, screen, surfaces, part, offset, bits, y, sums[y : y + len(part)], blend)
+
+        run_bands(shade_band, height, options.threads)
+    color = resolve(sums, len(offsets), behind, blend)
+
+    # Every other field of the frame comes from one sample at the centre.
+    centre = find_visible(screen, centre_offset, options)
+    counters = count_triangles(draw.triangles, screen)
+    return Frame(color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters)
 
 
 def rasterize(
@@ -36,6 +170,7 @@ def rasterize(
     depth_bits: int = 32,
     nonfinite: str = "error",
     threads: int | None = None,
+    max_pixels: int = MAX_PIXELS,
 ) -> Visibility:
     """Find the triangle that is seen at every sample.
 
@@ -52,6 +187,7 @@ def rasterize(
     depth_bits : 32, or 64 to keep the depth unrounded.
     nonfinite : "error", or "drop" to leave out triangles that use a vertex that is not finite.
     threads : by default one for each processor. The result is the same for any number.
+    max_pixels : a larger size is refused.
 
     Returns
     -------
@@ -76,7 +212,7 @@ def rasterize(
     sample_offsets(samples, bits)
     if depth_bits not in (32, 64) or isinstance(depth_bits, bool):
         raise InputError(f"depth_bits = {depth_bits!r}: must be 32 or 64")
-    options = RasterOptions(check_size(size), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads))
+    options = RasterOptions(check_pixels(size, max_pixels), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads))
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
     vertices, corners = check_clip(clip, check_triangles(triangles), nonfinite)
     return rasterize_triangles(to_screen(vertices, corners, options.size, bits), corners, int(samples), options)
@@ -125,6 +261,7 @@ def count(
     subpixel_bits: int = 8,
     nonfinite: str = "error",
     threads: int | None = None,
+    max_pixels: int = MAX_PIXELS,
 ) -> NDArray[np.int32]:
     """Count how many triangles cover the centre of each pixel; nothing hides anything.
 
@@ -150,7 +287,7 @@ def count(
            [1, 1, 1]], dtype=int32)
     """
     check_algorithm(algorithm, order, coverage)
-    width, height = check_size(size)
+    width, height = check_pixels(size, max_pixels)
     bits = check_subpixel_bits(subpixel_bits)
     sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
     screen = screen_triangles(check_screen_triangles(vertices, nonfinite), bits)

@@ -32,7 +32,9 @@ class DrawList(NamedTuple):
     instance: Int32Array  # (T,) number of the instance
     element: Int32Array  # (T,) within its geometry: the triangle of a mesh, the segment, or the point
     inner: UInt8Array  # (T,) bit i set: the edge opposite corner i is no edge of the face
-    mirrored: npt.NDArray[np.bool_]  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
+    mirrored: npt.NDArray[
+        np.bool_
+    ]  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
 
 
 class ScreenTriangles(NamedTuple):

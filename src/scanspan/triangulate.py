@@ -12,6 +12,7 @@ section 4.
 
 from __future__ import annotations
 
+from collections import deque
 from fractions import Fraction
 
 import numpy as np
@@ -27,6 +28,9 @@ ORIENTATION_ERROR = (3.0 + 16.0 * 2.0**-53) * 2.0**-53
 
 SMALLEST_SAFE = 2.0**-960
 """Below this sum of magnitudes a product may have been rounded to a subnormal, which the relative bound does not cover."""
+
+LOOKS_PER_CORNER = 8
+"""Looks at a corner, on average, before the rest is cut as it comes; polygons that do not cross themselves need 1 to 4."""
 
 FEW_POINTS = 32
 """Up to this many corners a Python loop over the reflex ones beats NumPy's cost per call."""
@@ -108,7 +112,7 @@ def triangulate_polygon(points: ArrayLike) -> IntArray:
     An arrow head, whose notch a fan from the first corner would fill:
 
     >>> triangulate_polygon([(0, 0), (4, 2), (0, 4), (1, 2)]).tolist()
-    [[3, 0, 1], [1, 2, 3]]
+    [[3, 0, 1], [3, 1, 2]]
     """
     try:
         corners = np.asarray(points, dtype=np.float64)
@@ -125,7 +129,16 @@ def triangulate_polygon(points: ArrayLike) -> IntArray:
 
 
 class _EarClipper:
-    """A ring of corners from which ears are cut; `sign` is 1 for a polygon that turns left and -1 for one that turns right."""
+    """A ring of corners from which ears are cut.
+
+    Attributes
+    ----------
+    sign : 1 for a polygon that turns left, -1 for one that turns right.
+    turn : at each corner 1 where the ring is convex, 0 where it is straight or doubles back, -1 where it is reflex.
+    blunt : corners of the ring that are not convex.
+    queue : corners to be looked at, each with its count of changes; a corner that has changed since is passed over.
+    waiting : for a corner that stands in the way, the corners it keeps from being ears.
+    """
 
     def __init__(self, points: FloatArray) -> None:
         self.x: list[float] = points[:, 0].tolist()
@@ -137,6 +150,13 @@ class _EarClipper:
         self.sign = self._turning_sign()
         self.turn = [self._turn_at(i) for i in range(count)]
         self.blunt = np.array(self.turn) <= 0
+        self.is_gone = [False] * count
+        self.changes = [0] * count
+        self.queue = deque((i, 0) for i in range(count))
+        self.waiting: dict[int, list[tuple[int, int]]] = {}
+        self.place = 0
+        self.looks = LOOKS_PER_CORNER * count + 1000
+        self.triangles: list[tuple[int, int, int]] = []
 
     def _turning_sign(self) -> int:
         """Return the exact sign of the polygon's area, 1 for none at all."""
@@ -157,65 +177,90 @@ class _EarClipper:
         a, c = self.before[i], self.after[i]
         return self.sign * orientation(self.x[a], self.y[a], self.x[i], self.y[i], self.x[c], self.y[c])
 
-    def _is_ear(self, i: int) -> bool:
-        """Say whether corner i is convex and the closed triangle at it holds no other corner of the ring."""
-        if self.turn[i] <= 0:
-            return False
+    def _obstacle(self, i: int) -> int:
+        """Return a corner of the ring that lies in the closed triangle at corner i, or -1: then the convex corner i is an ear.
+
+        Only reflex and straight corners are looked at: if any corner lies inside, one of these does. A point equal to a corner
+        of the triangle is no obstacle.
+        """
         a, c = self.before[i], self.after[i]
         x, y = self.x, self.y
         x_low, x_high = min(x[a], x[i], x[c]), max(x[a], x[i], x[c])
         y_low, y_high = min(y[a], y[i], y[c]), max(y[a], y[i], y[c])
-
-        # Take the reflex and straight corners inside the triangle's bounds: if any corner lies inside, one of these does.
-        if len(x) <= FEW_POINTS:
-            near = [j for j in range(len(x)) if self.blunt[j] and x_low <= x[j] <= x_high and y_low <= y[j] <= y_high]
-        else:
-            px, py = self.points[:, 0], self.points[:, 1]
-            near = np.flatnonzero(self.blunt & (px >= x_low) & (px <= x_high) & (py >= y_low) & (py <= y_high)).tolist()
-
-        # Refuse the ear if one of them is inside or on the border; a point equal to a corner of the ear is no obstacle.
         ends = ((x[a], y[a]), (x[i], y[i]), (x[c], y[c]))
-        return not any((x[j], y[j]) not in ends and self._is_inside(j, a, i, c) for j in near)
+        if len(x) <= FEW_POINTS:
+            for j in range(len(x)):
+                is_near = self.blunt[j] and x_low <= x[j] <= x_high and y_low <= y[j] <= y_high
+                if is_near and (x[j], y[j]) not in ends and self._is_inside(j, a, i, c):
+                    return j
+            return -1
+
+        # Do the same for a large ring with NumPy, first for a few points: where there are many, one of these is an obstacle.
+        px, py = self.points[:, 0], self.points[:, 1]
+        near = np.flatnonzero(self.blunt & (px >= x_low) & (px <= x_high) & (py >= y_low) & (py <= y_high))
+        for some in (near[:FEW_POINTS], near[FEW_POINTS:]):
+            for s, e in ((a, i), (i, c), (c, a)):
+                some = some[self.sign * orientations(self.points[s], self.points[e], self.points[some]) >= 0]
+            for j in some.tolist():
+                if (x[j], y[j]) not in ends:
+                    return int(j)
+        return -1
 
     def _is_inside(self, j: int, a: int, b: int, c: int) -> bool:
         """Say whether point j lies in the closed triangle a, b, c, which turns the way of the ring."""
         x, y = self.x, self.y
-        return all(
-            self.sign * orientation(x[s], y[s], x[e], y[e], x[j], y[j]) >= 0 for s, e in ((a, b), (b, c), (c, a))
-        )
-
-    def _remove(self, i: int) -> None:
-        """Take corner i out of the ring and look again at the turns of its neighbours."""
-        a, c = self.before[i], self.after[i]
-        self.after[a], self.before[c] = c, a
-        self.blunt[i] = False
-        for k in (a, c):
-            self.turn[k] = self._turn_at(k)
-            self.blunt[k] = self.turn[k] <= 0
+        sides = ((a, b), (b, c), (c, a))
+        return all(self.sign * orientation(x[s], y[s], x[e], y[e], x[j], y[j]) >= 0 for s, e in sides)
 
     def clip(self) -> IntArray:
-        """Cut ears until two corners are left; go on two corners after each cut, which keeps slivers few."""
-        triangles: list[tuple[int, int, int]] = []
-        left, i, refused = len(self.x), 0, 0
-        while left >= 3:
-            if left == 3 or self._is_ear(i):
-                triangles.append((self.before[i], i, self.after[i]))
-                self._remove(i)
-                left, i, refused = left - 1, self.after[self.after[i]], 0
+        """Cut ears until three corners are left.
+
+        A corner is looked at when it or a neighbour has changed, or when the corner that stood in its way is gone. One that
+        has just changed goes to the end of the queue, so that cuts are spread around the ring and slivers are few.
+        """
+        left = len(self.x)
+        while left > 3:
+            i = self._next_ear()
+            self.triangles.append((self.before[i], i, self.after[i]))
+            self._remove(i)
+            left -= 1
+        if left == 3:
+            i = next(i for i in range(len(self.x)) if not self.is_gone[i])
+            self.triangles.append((self.before[i], i, self.after[i]))
+        return np.array(self.triangles, dtype=np.int64).reshape(-1, 3)
+
+    def _next_ear(self) -> int:
+        """Return an ear; where there is none, because the polygon touches or crosses itself, a corner that does least harm."""
+        while self.queue and self.looks:
+            i, change = self.queue.popleft()
+            if self.is_gone[i] or change != self.changes[i] or self.turn[i] <= 0:
                 continue
+            self.looks -= 1
+            obstacle = self._obstacle(i)
+            if obstacle < 0:
+                return i
+            self.waiting.setdefault(obstacle, []).append((i, change))
 
-            # Force a cut when a whole round found no ear, which happens only where the polygon touches or crosses itself.
-            i, refused = self.after[i], refused + 1
-            if refused >= left:
-                i = self._least_harm(i, left)
-                triangles.append((self.before[i], i, self.after[i]))
-                self._remove(i)
-                left, i, refused = left - 1, self.after[i], 0
-        return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+        # Take a straight corner, else a convex one, within a few steps of the last place, else any.
+        best = self.place if not self.is_gone[self.place] else next(i for i in range(len(self.x)) if not self.is_gone[i])
+        i = best
+        for _ in range(FEW_POINTS):
+            if (self.turn[i] == 0, self.turn[i]) > (self.turn[best] == 0, self.turn[best]):
+                best = i
+            i = self.after[i]
+        self.place = self.after[best]
+        return best
 
-    def _least_harm(self, start: int, left: int) -> int:
-        """Return a corner of the ring to cut although it is no ear: one without area, else a convex one, else any."""
-        ring = [start]
-        while len(ring) < left:
-            ring.append(self.after[ring[-1]])
-        return min(ring, key=lambda i: {0: 0, 1: 1, -1: 2}[self.turn[i]])
+    def _remove(self, i: int) -> None:
+        """Take corner i out of the ring, look again at its neighbours, and wake the corners for which it stood in the way."""
+        a, c = self.before[i], self.after[i]
+        self.after[a], self.before[c] = c, a
+        self.is_gone[i], self.blunt[i] = True, False
+        self.queue.extend(self.waiting.pop(i, ()))
+        for k in (a, c):
+            self.turn[k] = self._turn_at(k)
+            self.changes[k] += 1
+            self.queue.append((k, self.changes[k]))
+            self.blunt[k] = self.turn[k] <= 0
+            if not self.blunt[k]:
+                self.queue.extend(self.waiting.pop(k, ()))

@@ -338,7 +338,7 @@ class Camera(Viewpoint):
         zoom : enlarges the picture about its middle by this factor, without moving the eye.
         fit : "sphere" fits the bounding sphere of the bounds, "box" their corners, "points" the `points`; the last two are
             tight and centred.
-        points : (N, 3) points in the world for fit "points"; the corners of the bounds when None.
+        points : (N, 3) points in the world for fit "points"; the scene's own `points` when None, else the corners of the bounds.
 
         Raises
         ------
@@ -361,6 +361,8 @@ class Camera(Viewpoint):
             if not value > 0.0:
                 raise InputError(f"{name} = {value}: expected a number above 0")
         used = 1.0 - 2.0 * margin
+        if points is None and fit == "points":
+            points = getattr(scene, "points", None)
         slope = math.tan(math.radians(fov) / 2.0)
         slopes = None if orthographic else (slope * aspect * used, slope * used)
         place = framing.place(

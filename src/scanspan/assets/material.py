@@ -18,6 +18,10 @@ from scanspan.errors import InputError, LimitError, unknown_name
 FILTERS = ("bilinear", "nearest")
 WRAPS = ("repeat", "clamp", "mirror")
 
+# What is shown where nothing is said: warm against the cool background, and light enough to keep its shading.
+CLAY = (0.90, 0.80, 0.66, 1.0)
+WHITE = (1.0, 1.0, 1.0, 1.0)
+
 MAX_TEXTURE_PIXELS = 2**26
 """Pixels of a texture: 8192 x 8192, which take 256 MiB."""
 
@@ -104,7 +108,7 @@ def _as_image(image: ArrayLike, max_pixels: int) -> NDArray[np.uint8]:
 
     # Bring floats 0..1 and integers 0..255 to bytes.
     highest = 1 if pixels.dtype.kind == "f" else 255
-    if pixels.dtype.kind == "b" or not ((pixels >= 0) & (pixels <= highest)).all():
+    if pixels.dtype.kind == "b" or (pixels.dtype != np.uint8 and not ((pixels >= 0) & (pixels <= highest)).all()):
         raise InputError("image: expected integers 0..255 or floats 0..1")
     if pixels.dtype.kind == "f":
         pixels = np.rint(pixels * 255.0)
@@ -122,7 +126,7 @@ class Material:
     ----------
     name : any text.
     base_color : (r, g, b) or (r, g, b, a), sRGB floats 0..1, straight alpha. It multiplies the texture and the mesh's own
-        colours.
+        colours. None, where nothing is said: white with a texture or colours, else the colour of clay.
     texture : a picture looked up at the mesh's "uv".
     double_sided : False where the file says that only the front is to be seen.
 
@@ -137,21 +141,32 @@ class Material:
     """
 
     name: str = ""
-    base_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    base_color: tuple[float, float, float, float] | None = None
     texture: Texture | None = None
     double_sided: bool = True
 
     def __post_init__(self) -> None:
-        values = as_array(self.base_color, "base_color")
-        if values.shape not in ((3,), (4,)) or values.dtype.kind == "b":
-            raise InputError(f"base_color: expected three or four floats 0..1, got {str(self.base_color)[:60]}")
-        numbers = [float(value) for value in values.tolist()]
-        if not all(0.0 <= value <= 1.0 for value in numbers):
-            raise InputError(f"base_color = {tuple(numbers)}: expected floats 0..1")
+        if self.base_color is not None:
+            object.__setattr__(self, "base_color", _as_base_color(self.base_color))
         if self.texture is not None and not isinstance(self.texture, Texture):
             raise InputError(f"texture: expected a Texture or None, got {type(self.texture).__name__}")
         if not isinstance(self.name, str):
             raise InputError(f"name: expected text, got {self.name!r}")
-        color = (numbers[0], numbers[1], numbers[2], numbers[3] if len(numbers) == 4 else 1.0)
-        object.__setattr__(self, "base_color", color)
         object.__setattr__(self, "double_sided", bool(self.double_sided))
+
+    def color_of(self, has_colors: bool) -> tuple[float, float, float, float]:
+        """Return the base colour that is shown on a geometry that has colours of its own, or has none."""
+        if self.base_color is not None:
+            return self.base_color
+        return WHITE if has_colors or self.texture is not None else CLAY
+
+
+def _as_base_color(value: ArrayLike) -> tuple[float, float, float, float]:
+    """Return a base colour as four floats 0..1."""
+    values = as_array(value, "base_color")
+    if values.shape not in ((3,), (4,)) or values.dtype.kind == "b":
+        raise InputError(f"base_color: expected three or four floats 0..1, got {str(value)[:60]}")
+    numbers = [float(number) for number in values.tolist()]
+    if not all(0.0 <= number <= 1.0 for number in numbers):
+        raise InputError(f"base_color = {tuple(numbers)}: expected floats 0..1")
+    return numbers[0], numbers[1], numbers[2], numbers[3] if len(numbers) == 4 else 1.0

@@ -185,6 +185,15 @@ class Mesh:
         attributes, corners = trimesh_values(mesh)
         return cls(mesh.vertices, mesh.faces, attributes=attributes, corners=corners, nonfinite=nonfinite)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy in another process needs; the read-only views of the dictionaries cannot be sent."""
+        return self.__dict__ | {"attributes": dict(self.attributes), "corners": dict(self.corners)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become the copy."""
+        views = {name: MappingProxyType(state[name]) for name in ("attributes", "corners")}
+        self.__dict__.update(state | views)
+
     @property
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest x, y, z of the vertices that are used, (2, 3) float64; NaN when there is no triangle."""

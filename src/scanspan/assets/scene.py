@@ -18,6 +18,7 @@ from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, unknown_name
+from scanspan.homogeneous import transform_points
 
 Geometry: TypeAlias = Mesh | Segments | Points
 
@@ -74,29 +75,32 @@ class Instance:
         object.__setattr__(self, "name", name)
 
     @property
-    def bounds(self) -> NDArray[np.float64]:
-        """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
+    def has_colors(self) -> bool:
+        """Whether the geometry has colours of its own."""
+        geometry = self.geometry
+        if isinstance(geometry, Mesh):
+            return "color" in geometry.corners or "color" in geometry.attributes
+        return geometry.colors is not None
+
+    @property
+    def used_positions(self) -> NDArray[np.float64]:
+        """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
         geometry = self.geometry
         if isinstance(geometry, Points):
-            points = geometry.positions
-        else:
-            indices = geometry.triangles if isinstance(geometry, Mesh) else geometry.segments
-            used = np.zeros(len(geometry.positions), dtype=bool)
-            used[indices.reshape(-1)] = True
-            points = geometry.positions if used.all() else geometry.positions[used]
+            return geometry.positions
+        used = np.zeros(len(geometry.positions), dtype=bool)
+        used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
+        return geometry.positions if used.all() else geometry.positions[used]
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
+        points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)
-        if np.array_equal(self.transform, np.eye(4)):
-            return np.stack([points.min(axis=0), points.max(axis=0)])
-
-        # Add up one column after the other, in a fixed order, so that the same bounds come out on every machine.
-        world = np.empty((2, 3))
-        m = self.transform
-        for row in range(3):
-            with np.errstate(over="ignore", invalid="ignore"):
-                value = m[row, 0] * points[:, 0] + m[row, 1] * points[:, 1] + m[row, 2] * points[:, 2] + m[row, 3]
-            world[:, row] = value.min(), value.max()
-        return world
+        if not np.array_equal(self.transform, np.eye(4)):
+            points = transform_points(self.transform, points)[:, :3]
+        return np.stack([points.min(axis=0), points.max(axis=0)])
 
     def __repr__(self) -> str:
         return f"Instance({self.name!r}, {self.geometry!r})"
@@ -180,6 +184,12 @@ class Scene:
         if not boxes:
             return np.full((2, 3), np.nan)
         return np.stack([np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)])
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """All positions that are used, in the world, (N, 3) float64: what a camera has to have in view."""
+        found = [transform_points(instance.transform, instance.used_positions)[:, :3] for instance in self.instances]
+        return np.concatenate(found) if found else np.empty((0, 3))
 
     @property
     def triangle_count(self) -> int:

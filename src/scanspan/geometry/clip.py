@@ -147,7 +147,11 @@ def clip_kernel(clip, triangles, outcodes, planes, vertices, corners, source, pi
             corners[n_out, 0] = clip.shape[0] + n_vertices
             corners[n_out, 1] = clip.shape[0] + n_vertices + i
             corners[n_out, 2] = clip.shape[0] + n_vertices + i + 1
-            weights[n_pieces, 0], weights[n_pieces, 1], weights[n_pieces, 2] = polygon[0, 4:], polygon[i, 4:], polygon[i + 1, 4:]
+            weights[n_pieces, 0], weights[n_pieces, 1], weights[n_pieces, 2] = (
+                polygon[0, 4:],
+                polygon[i, 4:],
+                polygon[i + 1, 4:],
+            )
             last_edge = made[count - 1] if i + 2 == count else np.uint8(1)
             first_edge = made[0] if i == 1 else np.uint8(1)
             source[n_out], piece[n_out], inner[n_out] = n, n_pieces, made[i] | last_edge << 1 | first_edge << 2
@@ -190,9 +194,7 @@ def to_screen(
     vertices, corners = np.empty((room, 4)), np.empty((whole + pieces, 3), np.int32)
     source, piece = np.empty(whole + pieces, np.int32), np.empty(whole + pieces, np.int32)
     weights, inner = np.empty((pieces, 3, 3)), np.empty(whole + pieces, np.uint8)
-    n, n_vertices, n_pieces = clip_kernel(
-        clip, triangles, outcodes, planes, vertices, corners, source, piece, weights, inner
-    )
+    n, n_vertices, n_pieces = clip_kernel(clip, triangles, outcodes, planes, vertices, corners, source, piece, weights, inner)
     together = np.concatenate([clip, vertices[:n_vertices]])
     return ScreenTriangles(
         *project(together, size, subpixel_bits),

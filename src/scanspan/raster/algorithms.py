@@ -35,14 +35,16 @@ SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it
 
 def check_algorithm(algorithm: str, order: str, coverage: str) -> None:
     """Raise an InputError for a name that is not known."""
-    for kind, name, valid in (("algorithm", algorithm, ALGORITHMS), ("order", order, ORDERS), ("coverage", coverage, COVERAGES)):
+    for kind, name, valid in (
+        ("algorithm", algorithm, ALGORITHMS),
+        ("order", order, ORDERS),
+        ("coverage", coverage, COVERAGES),
+    ):
         if not isinstance(name, str) or name not in valid:
             raise unknown_name(kind, name, valid)
 
 
-def run(
-    algorithm: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int
-) -> None:
+def run(algorithm: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> None:
     """Scan-convert all triangles into a target.
 
     Parameters

@@ -80,6 +80,14 @@ def check_integer(name: str, value: Any, low: int, high: int) -> int:
     return number
 
 
+def check_number(name: str, value: Any, low: float, high: float) -> float:
+    """Return a number as a float, or raise an InputError that quotes it."""
+    is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not is_number or not low <= value <= high:
+        raise InputError(f"{name} = {value!r}: must be a number from {low} to {high}")
+    return float(value)
+
+
 def check_subpixel_bits(value: Any) -> int:
     """Return the number of sub-pixel bits, 4 to 16."""
     return check_integer("subpixel_bits", value, MIN_SUBPIXEL_BITS, MAX_SUBPIXEL_BITS)
@@ -93,9 +101,7 @@ def check_threads(value: Any) -> int:
     return check_integer("threads", value, 1, 4096)
 
 
-def make_sampling(
-    size: tuple[int, int], offset: Any, *, rule: str | OffscreenPoint, cull: str, subpixel_bits: int
-) -> Sampling:
+def make_sampling(size: tuple[int, int], offset: Any, *, rule: str | OffscreenPoint, cull: str, subpixel_bits: int) -> Sampling:
     """Return the Sampling of a whole image for one sample position.
 
     Parameters
@@ -114,6 +120,4 @@ def make_sampling(
         raise unknown_name("rule", rule, [*RULES, "OffscreenPoint(x, y)"])
     if not isinstance(cull, str) or cull not in CULLING:
         raise unknown_name("cull", cull, CULLING)
-    return Sampling(
-        0, size[0], 0, size[1], subpixel_bits, int(offset[0]), int(offset[1]), CULLING[cull], code, *point
-    )
+    return Sampling(0, size[0], 0, size[1], subpixel_bits, int(offset[0]), int(offset[1]), CULLING[cull], code, *point)

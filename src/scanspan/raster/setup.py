@@ -115,3 +115,9 @@ def set_up_triangle(p_x, p_y, q_x, q_y, r_x, r_y, p_depth, q_depth, r_depth, inn
     return TriangleSetup(
         x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2
     )  # fmt: skip
+
+
+@helper_kernel
+def depth_at(setup, g1, g2):
+    """Return the depth where its two integers have the values g1 and g2: the one expression that every algorithm uses."""
+    return setup.depth + (np.float64(g1) * setup.slope1 + np.float64(g2) * setup.slope2)

@@ -1,9 +1,10 @@
 """Colours as people write them, and the exact way between sRGB and linear light.
 
-At the surface a colour is sRGB with straight alpha; light is added and averaged in linear values. The curve between them holds a
-power, and a library's `pow` differs in its last bit from one machine to the next. So there is none here: x^2.4 is x^2 (x^0.2)^2,
-and the fifth root comes from Newton's iteration, which adds, multiplies and divides only. Encoding to 8 bits compares with the
-255 values of light that lie half way between two codes, each rounded up to float32, so that the code is the exactly rounded one.
+At the surface a colour is sRGB with straight alpha; light is added and averaged in linear values. The curve between them
+holds a power, and a library's `pow` differs in its last bit from one machine to the next. So there is none here: x^2.4 is x^2
+(x^0.2)^2, and the fifth root comes from Newton's iteration, which adds, multiplies and divides only. Encoding to 8 bits
+compares with the 255 values of light that lie half way between two codes, each rounded up to float32, so that the code is the
+exactly rounded one.
 
 The kernels are in srgb.py; this module does without numba.
 
@@ -157,7 +158,7 @@ LINEAR_FROM_SRGB8: Float32Array = linear_from_srgb(np.arange(256) / 255.0).astyp
 """(256,) float32, the light of each 8-bit sRGB code."""
 
 THRESHOLDS: Float32Array = _make_thresholds()
-"""(256,) float32, the least light of each next code: a value of light has code i when THRESHOLDS[i - 1] <= light < THRESHOLDS[i]."""
+"""(256,) float32, the least light of each next code: code i is for THRESHOLDS[i - 1] <= light < THRESHOLDS[i]."""
 
 STARTS: UInt8Array = np.searchsorted(THRESHOLDS, np.arange(BINS + 1) / BINS, side="right").astype(np.uint8)
 """(4097,) uint8, the code of light k / 4096."""
@@ -194,7 +195,6 @@ def encode_srgb(linear: npt.ArrayLike) -> UInt8Array:
     return codes
 
 
-
 def linear_colors(colors: npt.ArrayLike) -> Float32Array:
     """Return many colours that `to_float_colors` reads as linear light with straight alpha, (N, 4) float32.
 
@@ -205,7 +205,8 @@ def linear_colors(colors: npt.ArrayLike) -> Float32Array:
     if array.dtype == np.uint8 and array.ndim == 2:
         result = np.ones((len(array), 4), dtype=np.float32)
         result[:, :3] = LINEAR_FROM_SRGB8[array[:, :3]]
-        result[:, 3:] = array[:, 3:] / np.float32(255)
+        if array.shape[1] == 4:
+            result[:, 3] = array[:, 3] / np.float32(255)
         return result
     result = to_float_colors(array)
     result[:, :3] = linear_from_srgb(result[:, :3])

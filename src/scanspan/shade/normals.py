@@ -1,12 +1,13 @@
 """Normals of faces and of their corners: smooth over gentle edges, sharp over steep ones.
 
-Corners at exactly equal positions are welded first, however often a file stores them, by hashing the bits of the coordinates and
-comparing them in full. A corner's normal is then the sum of the face normals around its position that turn away from its own face
-by less than the crease angle, each weighted by the angle that its face spans there. That weight does not depend on how a flat
-face was cut into triangles, which weights by area do. The arc cosine is a polynomial and a square root: the same bits everywhere.
+Corners at exactly equal positions are welded first, however often a file stores them, by hashing the bits of the coordinates
+and comparing them in full. A corner's normal is then the sum of the face normals around its position that turn away from its
+own face by less than the crease angle, each weighted by the angle that its face spans there. That weight does not depend on
+how a flat face was cut into triangles, which weights by area do. The arc cosine is a polynomial and a square root: the same
+bits everywhere.
 
-The price is a loop over pairs of corners at one position. Where more than 64 meet (the tip of a cone), their normals are gathered
-into 1536 directions first, so that no mesh takes quadratic time.
+The price is a loop over pairs of corners at one position. Where more than 64 meet (the tip of a cone), their normals are
+gathered into 1536 directions first, so that no mesh takes quadratic time.
 
 Source: G. Thuermer and C. A. Wuethrich, Computing Vertex Normals from Polygonal Facets, 1998; M. Abramowitz and I. Stegun,
 Handbook of Mathematical Functions, 4.4.46 (arc cosine, error below 2e-8).
@@ -119,7 +120,7 @@ def _number_faces(source: Array) -> tuple[Int32Array, int]:
 
 
 def _least_cosine(degrees: float) -> float:
-    """Return the cosine that faces have to exceed to share a normal, by its power series; -2, all faces, from 180 degrees on."""
+    """Return the cosine that faces have to exceed to share a normal, by its power series; -2, which all do, from 180 on."""
     if degrees >= 180.0:
         return -2.0
     angle = max(degrees, 0.0) / 180.0 * 3.141592653589793
@@ -138,7 +139,7 @@ def angle_of_cosine(cosine: float) -> float:
     Needs   nothing; what is outside -1..1 is clamped.
     Source: Abramowitz and Stegun 4.4.46.
     """
-    x = min(abs(cosine), 1.0)
+    x = abs(cosine) if abs(cosine) < 1.0 else 1.0
     p = -0.0012624911 * x + 0.0066700901
     p = p * x - 0.0170881256
     p = p * x + 0.0308918810
@@ -146,7 +147,7 @@ def angle_of_cosine(cosine: float) -> float:
     p = p * x + 0.0889789874
     p = p * x - 0.2145988016
     p = p * x + 1.5707963050
-    angle = np.sqrt(1.0 - x) * p
+    angle = float(np.sqrt(1.0 - x)) * p
     return angle if cosine >= 0.0 else 3.141592653589793 - angle
 
 
@@ -161,13 +162,15 @@ def face_vectors(points: Float64Array, corners: Int32Array, scale: float, vector
     """
     for t in range(len(corners)):
         a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
-        ux, uy, uz = (points[b, k] * scale - points[a, k] * scale for k in (0, 1, 2))
-        vx, vy, vz = (points[c, k] * scale - points[a, k] * scale for k in (0, 1, 2))
+        ax, ay, az = points[a, 0] * scale, points[a, 1] * scale, points[a, 2] * scale
+        ux, uy, uz = points[b, 0] * scale - ax, points[b, 1] * scale - ay, points[b, 2] * scale - az
+        vx, vy, vz = points[c, 0] * scale - ax, points[c, 1] * scale - ay, points[c, 2] * scale - az
         wx, wy, wz = vx - ux, vy - uy, vz - uz
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
         # Leave out what has no area, and what is not finite.
-        if not nx * nx + ny * ny + nz * nz > 0.0:
+        square = nx * nx + ny * ny + nz * nz
+        if not (square > 0.0 and square < np.inf):
             for k in range(3):
                 vectors[t, k] = 0.0
                 angles[t, k] = 0.0
@@ -213,7 +216,8 @@ def sum_by_face(vectors: Float64Array, faces: Int32Array, sums: Float64Array) ->
 def weld(bits: Int64Array, table: Int32Array, first: Int32Array) -> None:
     """Find for each position the first one with the same coordinates.
 
-    Shapes  bits: (V, 3) int64, the bits of the coordinates. table: (2^k,) int32, all -1, 2^k at least 2 V. first: (V,) int32, written.
+    Shapes  bits: (V, 3) int64, the bits of the coordinates. table: (2^k,) int32, all -1, 2^k at least 2 V. first: (V,) int32,
+            written.
     Rule    equal bits are equal positions; the hash only says where to look.
     Needs   no -0 among the coordinates.
     Cost    O(V), one to two look-ups of the table each.
@@ -224,9 +228,9 @@ def weld(bits: Int64Array, table: Int32Array, first: Int32Array) -> None:
         mixed = np.int64(0)
         for k in range(3):
             word = bits[i, k]
-            mixed = ((mixed ^ (word & _LOW_BITS)) * 1664525 + 1013904223) & 0x3FFFFFFFFFFFFFF
+            mixed = (mixed ^ (word & _LOW_BITS)) * 1540483477 + 1013904223
             mixed = (mixed ^ (mixed >> 27)) & _LOW_BITS
-            mixed = ((mixed ^ ((word >> 31) & _LOW_BITS)) * 1540483477 + (word >> 62 & 3)) & 0x3FFFFFFFFFFFFFFF
+            mixed = (mixed ^ ((word >> 31) & _LOW_BITS)) * 1664525 + ((word >> 62) & 3)
             mixed = (mixed ^ (mixed >> 29)) & _LOW_BITS
         slot = (mixed ^ (mixed >> 15)) & mask
 
@@ -274,14 +278,48 @@ def direction_cell(x: float, y: float, z: float) -> int:
     """
     ax, ay, az = abs(x), abs(y), abs(z)
     if ax >= ay and ax >= az:
-        face, u, v = np.int64(0 if x > 0.0 else 1), y / ax, z / ax
+        face, u, v = (0 if x > 0.0 else 1), y / ax, z / ax
     elif ay >= az:
-        face, u, v = np.int64(2 if y > 0.0 else 3), x / ay, z / ay
+        face, u, v = (2 if y > 0.0 else 3), x / ay, z / ay
     else:
-        face, u, v = np.int64(4 if z > 0.0 else 5), x / az, y / az
-    column = min(np.int64((u + 1.0) * (_SIDE / 2)), _SIDE - 1)
-    row = min(np.int64((v + 1.0) * (_SIDE / 2)), _SIDE - 1)
+        face, u, v = (4 if z > 0.0 else 5), x / az, y / az
+    column = min(int((u + 1.0) * (_SIDE / 2)), _SIDE - 1)
+    row = min(int((v + 1.0) * (_SIDE / 2)), _SIDE - 1)
     return (face * _SIDE + row) * _SIDE + column
+
+
+@kernel
+def gather_directions(
+    start: int, end: int, members: Int64Array, faces: Int32Array, units: Float64Array, angles: Float64Array, cells: Float64Array
+) -> int:
+    """Add up the weighted normals of some corners by direction; return how many directions there are.
+
+    Shapes  members[start:end]: the corners. faces: (T,). units: (F, 3). angles: (T, 3). cells: (1536, 4) float64, written: the
+            sum of each direction that occurs, closed up, and its number.
+    Needs   units of length one or zero.
+    Cost    O(corners + 1536).
+    """
+    for cell in range(len(cells)):
+        for axis in range(4):
+            cells[cell, axis] = 0.0
+    for i in range(start, end):
+        t, k = members[i] // 3, members[i] % 3
+        f = faces[t]
+        if units[f, 0] != 0.0 or units[f, 1] != 0.0 or units[f, 2] != 0.0:
+            cell = direction_cell(units[f, 0], units[f, 1], units[f, 2])
+            for axis in range(3):
+                cells[cell, axis] += angles[t, k] * units[f, axis]
+            cells[cell, 3] = 1.0
+
+    # Close up the directions that occur.
+    count = 0
+    for cell in range(len(cells)):
+        if cells[cell, 3] > 0.0:
+            for axis in range(3):
+                cells[count, axis] = cells[cell, axis]
+            cells[count, 3] = cell + 1.0
+            count += 1
+    return count
 
 
 @kernel
@@ -299,49 +337,40 @@ def sum_corners(
     Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). normals: (T, 3, 3) float32, written.
     Rule    a face shares a normal with itself, and with faces whose cosine to it is above least_cosine.
     Needs   units of length one or zero.
-    Cost    O(corners x corners at a position), 1536 at most.
+    Cost    O(corners x corners at a position), 64 at most, or 1536 directions.
     """
     cells = np.zeros((6 * _SIDE * _SIDE, 4))
     for p in range(len(offsets) - 1):
         start, end = offsets[p], offsets[p + 1]
         many = end - start > _MANY
-
-        # Gather many normals by direction, each with its angle as weight.
-        if many:
-            cells[:, :] = 0.0
-            for i in range(start, end):
-                t, k = members[i] // 3, members[i] % 3
-                f = faces[t]
-                if angles[t, k] > 0.0 and (units[f, 0] != 0.0 or units[f, 1] != 0.0 or units[f, 2] != 0.0):
-                    cell = direction_cell(units[f, 0], units[f, 1], units[f, 2])
-                    for axis in range(3):
-                        cells[cell, axis] += angles[t, k] * units[f, axis]
-                    cells[cell, 3] += angles[t, k]
-
+        count = gather_directions(start, end, members, faces, units, angles, cells) if many else 0
         for i in range(start, end):
             t, k = members[i] // 3, members[i] % 3
             f = faces[t]
             ux, uy, uz = units[f, 0], units[f, 1], units[f, 2]
             x, y, z = 0.0, 0.0, 0.0
-            if many:
-                own = direction_cell(ux, uy, uz) if ux != 0.0 or uy != 0.0 or uz != 0.0 else np.int64(-1)
-                for cell in range(len(cells)):
-                    if cells[cell, 3] > 0.0:
-                        cx, cy, cz = cells[cell, 0], cells[cell, 1], cells[cell, 2]
-                        length = np.sqrt(cx * cx + cy * cy + cz * cz)
-                        if cell == own or cx * ux + cy * uy + cz * uz > least_cosine * length:
-                            x, y, z = x + cx, y + cy, z + cz
-            else:
-                for j in range(start, end):
-                    s = members[j] // 3
-                    g = faces[s]
-                    if g == f or units[g, 0] * ux + units[g, 1] * uy + units[g, 2] * uz > least_cosine:
-                        weight = angles[s, members[j] % 3]
-                        x, y, z = x + weight * units[g, 0], y + weight * units[g, 1], z + weight * units[g, 2]
+
+            # Add the directions near the own one.
+            if many and (ux != 0.0 or uy != 0.0 or uz != 0.0):
+                own = direction_cell(ux, uy, uz) + 1.0
+                for cell in range(count):
+                    cx, cy, cz = cells[cell, 0], cells[cell, 1], cells[cell, 2]
+                    length = np.sqrt(cx * cx + cy * cy + cz * cz)
+                    if cells[cell, 3] == own or cx * ux + cy * uy + cz * uz > least_cosine * length:
+                        x, y, z = x + cx, y + cy, z + cz
+
+            # Or add the faces near the own one.
+            for j in range(start, start if many else end):
+                s = members[j] // 3
+                g = faces[s]
+                if g == f or units[g, 0] * ux + units[g, 1] * uy + units[g, 2] * uz > least_cosine:
+                    weight = angles[s, members[j] % 3]
+                    x, y, z = x + weight * units[g, 0], y + weight * units[g, 1], z + weight * units[g, 2]
 
             # Scale to length one; fall back to the face where the sum cancels out.
             length = np.sqrt(x * x + y * y + z * z)
             if length > 1e-9:
-                normals[t, k, 0], normals[t, k, 1], normals[t, k, 2] = x / length, y / length, z / length
+                x, y, z = x / length, y / length, z / length
             else:
-                normals[t, k, 0], normals[t, k, 1], normals[t, k, 2] = ux, uy, uz
+                x, y, z = ux, uy, uz
+            normals[t, k, 0], normals[t, k, 1], normals[t, k, 2] = x, y, z

@@ -22,8 +22,8 @@ def encode_value(light: float, thresholds: Float32Array, starts: UInt8Array) -> 
     """
     value = light if light > np.float32(0.0) else np.float32(0.0)
     value = value if value < np.float32(1.0) else np.float32(1.0)
-    code = np.int64(starts[np.int64(value * np.float32(4096.0))])
-    return code + np.int64(value >= thresholds[code])
+    code = int(np.int64(starts[int(value * np.float32(4096.0))]))
+    return code + int(value >= thresholds[code])
 
 
 @kernel

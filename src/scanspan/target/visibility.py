@@ -68,9 +68,7 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
     options : the checked options.
     """
     width, height = options.size
-    sampling = make_sampling(
-        options.size, offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits
-    )
+    sampling = make_sampling(options.size, offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits)
     if options.depth_bits == 64:
         pairs = np.empty((height, width, 2))
         pairs[...] = (-np.inf, -1.0)
@@ -141,19 +139,23 @@ class Visibility:
         return weights[0] if len(weights) == 1 else np.stack(weights, axis=2)
 
 
-def rasterize_triangles(
-    screen: ScreenTriangles, triangles: Int32Array, samples: int, options: RasterOptions
-) -> Visibility:
+def count_triangles(triangles: Int32Array, screen: ScreenTriangles) -> dict[str, int]:
+    """Return how many triangles came, were cut by a plane, lay outside one, and how many are drawn in all."""
+    pieces = screen.source[screen.piece >= 0]
+    cut = int((np.diff(pieces, prepend=-1) != 0).sum())
+    outside = len(triangles) - (len(screen.corners) - len(pieces)) - cut
+    return {"triangles": len(triangles), "cut": cut, "outside": outside, "drawn": len(screen.corners)}
+
+
+def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples: int, options: RasterOptions) -> Visibility:
     """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
     offsets = sample_offsets(samples, options.subpixel_bits)
     planes = tuple(find_visible(screen, offset, options) for offset in offsets)
     primitive = [numbers_of(plane.slot, screen.source) for plane in planes]
-    cut = len(np.unique(screen.source[screen.piece >= 0]))
-    kept = int((screen.piece < 0).sum()) + cut
     return Visibility(
         primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
         depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
-        counters={"triangles": len(triangles), "cut": cut, "outside": len(triangles) - kept, "drawn": len(screen.corners)},
+        counters=count_triangles(triangles, screen),
         triangles=triangles,
         planes=planes,
         screen=screen,

@@ -1,0 +1,190 @@
+"""Shading: the linear colour of every visible sample, a few rows at a time.
+
+The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light, edges. Visibility came first,
+so each sample is shaded once, whatever was hidden behind it. Surfaces are opaque; alpha of materials and textures is not blended.
+
+Source: the order of nvdiffrast (rasterize, interpolate, shade) and of deferred shading.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scanspan.assets.camera import Camera
+from scanspan.assets.material import FILTERS, WRAPS
+from scanspan.assets.scene import Scene
+from scanspan.homogeneous import normal_matrix, transform_directions
+from scanspan.jit import kernel
+from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
+from scanspan.shade import surface
+from scanspan.shade.color import LINEAR_FROM_SRGB8, encode_srgb, linear_color
+from scanspan.shade.interpolate import barycentric_kernel, interpolate_corners_kernel
+from scanspan.shade.light import Lights, default_lights, light
+from scanspan.shade.texture import sample_texture
+from scanspan.shade.wireframe import overlay_edges_kernel
+
+ROWS = 16  # shaded at a time: their buffers stay in the second-level cache
+
+
+class Look(NamedTuple):
+    """How surfaces shall look, all checked."""
+
+    shading: str  # a name of surface.SHADINGS
+    crease_angle: float  # degrees
+    two_sided: bool
+    textures: bool
+    edges: bool
+    line_width: float  # pixels
+    edge_color: Float32Array  # (4,) linear
+
+
+class Surfaces(NamedTuple):
+    """All that shading needs to know of a scene for one camera."""
+
+    normals: Float32Array  # (T, 3, 3) in the world
+    uv: Float32Array | None  # (T, 3, 2)
+    colors: Float32Array | None  # (T, 3, 4) linear
+    base: Float32Array  # (instances, 4) linear
+    viewers: Float64Array  # (3, 3): towards the eye at pixel (0, 0), and its change a pixel to the right and down
+    lights: Lights
+    look: Look
+
+
+def gather_surfaces(
+    scene: Scene, draw: DrawList, camera: Camera, size: tuple[int, int], up: Float64Array, look: Look
+) -> Surfaces:
+    """Return what shading needs of a scene."""
+    base = [linear_color(instance.material.color_of(instance.has_colors)) for instance in scene.instances]
+    return Surfaces(
+        normals=surface.normals(scene, draw, look.shading, look.crease_angle),
+        uv=surface.texture_coordinates(scene, draw),
+        colors=surface.colors(scene, draw),
+        base=np.array(base, np.float32).reshape(-1, 4),
+        viewers=find_viewers(camera, size),
+        lights=default_lights(camera.view, up),
+        look=look,
+    )
+
+
+def find_viewers(camera: Camera, size: tuple[int, int]) -> Float64Array:
+    """Return the direction towards the eye at pixel (0, 0), and how it changes from pixel to pixel: (3, 3), in the world.
+
+    Three rows of the projection take a direction in the camera to the image, so their inverse takes an image point to its direction.
+    """
+    rotation = camera.view[:3, :3].T
+    if camera.is_orthographic:
+        return np.concatenate([transform_directions(rotation, [(0.0, 0.0, 1.0)]), np.zeros((2, 3))])
+    to_image = camera.projection(size)[[0, 1, 3], :3]
+    image = np.array([(-1.0, 1.0, 1.0), (2.0 / size[0], 0.0, 0.0), (0.0, -2.0 / size[1], 0.0)])
+    return -transform_directions(rotation, transform_directions(normal_matrix(to_image).T, image))
+
+
+@kernel
+def find_bases_kernel(numbers, instance, base, viewers, x, y, width, bases, towards):
+    """Write the material's colour of every visible sample, and the direction from every sample to the eye.
+
+    Shapes  numbers: (n,) int32, rows of `width` samples; instance: (T,) int32; base: (instances, 4) float32; viewers: (3, 3);
+            bases: (n, 4), towards: (n, 3) float32.
+    Units   x, y: place of the first sample in pixels.
+    """
+    for i in range(numbers.shape[0]):
+        across, down = x + np.float64(i % width), y + np.float64(i // width)
+        for k in range(3):
+            towards[i, k] = np.float32(viewers[0, k] + (across * viewers[1, k] + down * viewers[2, k]))
+        if numbers[i] >= 0:
+            bases[i] = base[instance[numbers[i]]]
+
+
+@kernel
+def take_numbers_kernel(slots, source, numbers):
+    """Write the number of the source triangle in every slot, -1 where there is none.
+
+    Shapes  slots: (h, W) int32; source: (N,) int32; numbers: (h W,) int32.
+    """
+    for j in range(slots.shape[0]):
+        for i in range(slots.shape[1]):
+            n = slots[j, i]
+            numbers[j * slots.shape[1] + i] = -1 if n < 0 else source[n]
+
+
+@kernel
+def add_samples_kernel(numbers, colors, out):
+    """Add the colours of visible samples, as opaque ones.
+
+    Shapes  numbers: (n,) int32; colors: (n, 4), out: (n, 4) float32, premultiplied sums.
+    """
+    for i in range(numbers.shape[0]):
+        if numbers[i] >= 0:
+            out[i, 0] += colors[i, 0]
+            out[i, 1] += colors[i, 1]
+            out[i, 2] += colors[i, 2]
+            out[i, 3] += np.float32(1.0)
+
+
+def multiply_textures(scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array) -> None:
+    """Multiply the base colours by what the textures have there.
+
+    Shapes  numbers: (n,) int32; uv: (n, 2) float32, NaN where there are none; bases: (n, 4) float32.
+    """
+    shown = np.where(numbers >= 0, draw.instance[numbers], -1)
+    for k in np.unique(shown[shown >= 0]).tolist():
+        texture = scene.instances[k].material.texture
+        if texture is None:
+            continue
+        where = np.flatnonzero((shown == k) & ~np.isnan(uv[:, 0]))
+        found = np.empty((len(where), 4), np.float32)
+        wrap_u, wrap_v = (WRAPS.index(name) for name in texture.wrap)
+        sample_texture(texture.image, uv[where], FILTERS.index(texture.filter), wrap_u, wrap_v, LINEAR_FROM_SRGB8, found)
+        bases[where] *= found
+
+
+def shade_rows(
+    scene: Scene, draw: DrawList, screen: ScreenTriangles, surfaces: Surfaces, slots: Int32Array, offset: Array, bits: int,
+    y_start: int, out: Float32Array, blend: str = "linear",
+) -> None:  # fmt: skip
+    """Shade some rows at one sample position and add them up.
+
+    Parameters
+    ----------
+    slots : (h, W) int32, the visible rows of `screen` at that sample.
+    offset : (2,) the sample's place in the pixel, in sub-pixels of `bits` bits.
+    y_start : the image row of the first of them.
+    out : (h, W, 4) float32, premultiplied sums, added to.
+    blend : "linear", or "srgb" to add up sRGB values.
+    """
+    height, width = slots.shape
+    count = height * width
+    numbers, barycentric = np.empty(count, np.int32), np.empty((height, width, 3))
+    take_numbers_kernel(slots, screen.source, numbers)
+    barycentric_kernel(slots, screen, offset[0], offset[1], bits, y_start, barycentric)
+    weights = barycentric.reshape(-1, 3)
+
+    # Find normals, base colours and the way to the eye.
+    normals, bases, towards = np.zeros((count, 3), np.float32), np.zeros((count, 4), np.float32), np.empty((count, 3), np.float32)
+    unit = float(1 << bits)
+    interpolate_corners_kernel(numbers, weights, surfaces.normals, normals)
+    find_bases_kernel(
+        numbers, draw.instance, surfaces.base, surfaces.viewers, offset[0] / unit, y_start + offset[1] / unit, width, bases, towards
+    )  # fmt: skip
+    if surfaces.colors is not None:
+        shown = np.zeros((count, 4), np.float32)
+        interpolate_corners_kernel(numbers, weights, surfaces.colors, shown)
+        bases *= shown
+    if surfaces.uv is not None and surfaces.look.textures:
+        uv = np.full((count, 2), np.nan, np.float32)
+        interpolate_corners_kernel(numbers, weights, surfaces.uv, uv)
+        multiply_textures(scene, draw, numbers, uv, bases)
+
+    # Light them, draw the edges over them, and add them up.
+    light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
+    if surfaces.look.edges:
+        look = surfaces.look
+        overlay_edges_kernel(
+            slots, screen, draw.inner, offset[0], offset[1], bits, y_start, look.line_width, look.edge_color,
+            bases.reshape(height, width, 4),
+        )  # fmt: skip
+    if blend == "srgb":
+        bases[:, :3] = encode_srgb(bases[:, :3]) / np.float32(255)
+    add_samples_kernel(numbers, bases, out.reshape(-1, 4))
