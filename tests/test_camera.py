@@ -183,6 +183,21 @@ def test_has_far_says_whether_there_is_a_far_plane() -> None:
     assert Camera.from_matrix(np.eye(4), homogeneous.perspective(45, 1, 0.1, 5)).has_far
 
 
+def test_a_far_plane_that_is_none_is_left_out() -> None:
+    reversed_depth = homogeneous.perspective(45, 1, 0.1, 5) * [[1], [1], [-1], [1]]
+    assert not Camera.from_matrix(np.eye(4), reversed_depth).has_far
+
+
+def test_a_camera_shows_itself_on_one_line() -> None:
+    assert (
+        repr(Camera.look_at((0, 0, 5), (0, 0, 0))) == "Camera(eye=(0, 0, 5), lens=Perspective(fov=45.0), near=0.005, far=None)"
+    )
+    pinhole = Camera.from_opencv(K, np.eye(3), (0, 0, 0), SIZE)
+    for camera in (pinhole, Camera.from_matrix(np.eye(4), homogeneous.perspective(45, 1, 0.1))):
+        assert "\n" not in repr(camera)
+        assert "eye=(0, 0, 0)" in repr(camera)
+
+
 def test_the_near_plane_defaults_to_a_thousandth_of_the_distance() -> None:
     assert Camera.look_at((0, 3, 4), (0, 0, 0)).near == 0.005
     assert Camera.orthographic((0, 3, 4), (0, 0, 0), height=1).near == 0.005
@@ -390,6 +405,7 @@ UNIT = scene((0, 0, 0), (1, 1, 1))
          "expected a matrix that can be inverted"),
         (lambda: Camera.from_matrix(np.eye(4), np.diag([1, 1, 1, 0])),
          "projection has a last row of zeros: w would be 0 everywhere"),
+        (lambda: Camera(np.eye(4), 45, 1), "lens = 45: expected a Perspective, Orthographic, Pinhole or Projection"),
         (lambda: Camera.orthographic((0, 0, 5), (0, 0, 0), height=1).to_opencv(SIZE),
          "an orthographic camera has no intrinsic matrix, which OpenCV needs"),
         (lambda: Camera.from_matrix(np.eye(4), np.eye(4)[[3, 1, 2, 0]]).to_colmap(SIZE),

@@ -124,7 +124,12 @@ def test_attributes_have_the_type_of_their_name() -> None:
     mesh = Mesh(
         SQUARE,
         TWO,
-        attributes={"normal": np.ones((4, 3)), "uv": np.ones((4, 2), np.float32), "color": np.ones((4, 3)), "heat": np.arange(4)},
+        attributes={
+            "normal": np.ones((4, 3)),
+            "uv": np.ones((4, 2), np.float32),
+            "color": np.ones((4, 3)),
+            "heat": np.arange(4),
+        },
         corners={"color": np.full((2, 3, 3), 128)},
     )
     assert mesh.attributes["normal"].dtype == np.float32
@@ -142,7 +147,12 @@ def test_attributes_have_the_type_of_their_name() -> None:
         (SQUARE, [(0, 1, -1)], {}, r"triangles\[0\] = \(0, 1, -1\): vertex -1 does not exist, there are 4"),
         (SQUARE, [(0, 1, 2**31)], {}, r"vertex 2147483648 does not exist, there are 4"),
         (SQUARE, [(0, 1, 2**64 + 1)], {}, r"triangles: 18446744073709551617 is beyond 2\^63"),
-        (SQUARE, np.array([(0, 1, 2**64 - 1)], np.uint64), {}, r"triangles\[0\] = \(0, 1, 18446744073709551615\): a number beyond 2"),
+        (
+            SQUARE,
+            np.array([(0, 1, 2**64 - 1)], np.uint64),
+            {},
+            r"triangles\[0\] = \(0, 1, 18446744073709551615\): a number beyond 2",
+        ),
         (SQUARE, [(0, 1, 1.5)], {}, r"triangles\[0\] = \(0.0, 1.0, 1.5\): expected whole numbers"),
         (SQUARE, [(0, 1, NAN)], {}, r"triangles\[0\] = \(0.0, 1.0, nan\): expected whole numbers"),
         (SQUARE, [(True, False, True)], {}, r"triangles: expected integers, got dtype bool"),
@@ -155,7 +165,12 @@ def test_attributes_have_the_type_of_their_name() -> None:
         ([(0, 0), (1, 1)], [], {}, r"positions: expected shape \(N, 3\), got \(2, 2\)"),
         (5, [], {}, r"positions: expected shape \(N, 3\), got \(\)"),
         (np.ma.MaskedArray(SQUARE, np.eye(4, 3)), [], {}, r"positions: a masked array with 3 masked entries cannot be used"),
-        ([*SQUARE, (1, NAN, 0)], [(0, 1, 2), (0, 1, 4)], {}, r"positions\[4\] = \(1.0, nan, 0.0\): a vertex that is used is not"),
+        (
+            [*SQUARE, (1, NAN, 0)],
+            [(0, 1, 2), (0, 1, 4)],
+            {},
+            r"positions\[4\] = \(1.0, nan, 0.0\): a vertex that is used is not",
+        ),
         ([*SQUARE, (INF, 0, 0)], [(4, 1, 2)], {}, r"positions\[4\] = \(inf, 0.0, 0.0\): a vertex that is used is not finite"),
         (SQUARE, TWO, {"source": [0]}, r"source: expected shape \(2,\), one face for each triangle, got \(1,\)"),
         (SQUARE, TWO, {"source": [1, 0]}, r"source\[1\] = 0: expected non-decreasing faces, the one before is 1"),
@@ -167,12 +182,37 @@ def test_attributes_have_the_type_of_their_name() -> None:
         (SQUARE, TWO, {"nonfinite": "dorp"}, r"unknown value of nonfinite 'dorp'; did you mean 'drop'\?"),
         (SQUARE, TWO, {"attributes": {"uv": np.ones((3, 2))}}, r"attributes\['uv'\]: expected shape \(4, k\), got \(3, 2\)"),
         (SQUARE, TWO, {"attributes": {"uv": np.ones((4, 3))}}, r"attributes\['uv'\]: expected shape \(4, 2\), got \(4, 3\)"),
-        (SQUARE, TWO, {"attributes": {"normal": np.ones((4, 2))}}, r"attributes\['normal'\]: expected shape \(4, 3\), got \(4, 2\)"),
-        (SQUARE, TWO, {"attributes": {"color": np.ones((4, 2))}}, r"attributes\['color'\]: expected shape \(4, 3\) or \(4, 4\), got"),
-        (SQUARE, TWO, {"attributes": {"color": np.full((4, 3), 1.5)}}, r"color'\]\[0\]: 1.5 is no colour value, floats are 0..1"),
-        (SQUARE, TWO, {"attributes": {"color": np.full((4, 3), 256)}}, r"color'\]\[0\]: 256 is no colour value, integers are 0..255"),
+        (
+            SQUARE,
+            TWO,
+            {"attributes": {"normal": np.ones((4, 2))}},
+            r"attributes\['normal'\]: expected shape \(4, 3\), got \(4, 2\)",
+        ),
+        (
+            SQUARE,
+            TWO,
+            {"attributes": {"color": np.ones((4, 2))}},
+            r"attributes\['color'\]: expected shape \(4, 3\) or \(4, 4\), got",
+        ),
+        (
+            SQUARE,
+            TWO,
+            {"attributes": {"color": np.full((4, 3), 1.5)}},
+            r"color'\]\[0\]: 1.5 is no colour value, floats are 0..1",
+        ),
+        (
+            SQUARE,
+            TWO,
+            {"attributes": {"color": np.full((4, 3), 256)}},
+            r"color'\]\[0\]: 256 is no colour value, integers are 0..255",
+        ),
         (SQUARE, TWO, {"attributes": {"color": np.full((4, 3), NAN)}}, r"nan is no colour value"),
-        (SQUARE, TWO, {"attributes": {"color": np.ones((4, 3), bool)}}, r"expected integers 0..255 or floats 0..1, got dtype bool"),
+        (
+            SQUARE,
+            TWO,
+            {"attributes": {"color": np.ones((4, 3), bool)}},
+            r"expected integers 0..255 or floats 0..1, got dtype bool",
+        ),
         (SQUARE, TWO, {"attributes": {"": np.ones(4)}}, r"attributes: expected names that are text, got ''"),
         (SQUARE, TWO, {"corners": {"uv": np.ones((2, 2))}}, r"corners\['uv'\]: expected shape \(2, 3, k\), got \(2, 2\)"),
     ],
@@ -259,11 +299,17 @@ def test_segments_and_points() -> None:
     ("build", "message"),
     [
         (lambda: Segments(SQUARE, [(0, 4)]), r"segments\[0\] = \(0, 4\): vertex 4 does not exist, there are 4"),
-        (lambda: Segments([(NAN, 0, 0), (0, 0, 0)], [(0, 1)]), r"positions\[0\] = \(nan, 0.0, 0.0\): a position that is used is not"),
+        (
+            lambda: Segments([(NAN, 0, 0), (0, 0, 0)], [(0, 1)]),
+            r"positions\[0\] = \(nan, 0.0, 0.0\): a position that is used is not",
+        ),
         (lambda: Segments(SQUARE, [(0, 1)], width=0), "width = 0: expected a number of pixels above 0"),
         (lambda: Segments(SQUARE, [(0, 1)], width=NAN), "width = nan: expected a number of pixels above 0"),
         (lambda: Segments(SQUARE, [(0, 1)], width="wide"), "width = 'wide': expected a number of pixels"),  # type: ignore[arg-type]
-        (lambda: Segments(SQUARE, [(0, 1)], colors=np.ones((3, 4))), r"colors: expected shape \(4,\) or \(N, 4\) with N = 1 or 4, got"),
+        (
+            lambda: Segments(SQUARE, [(0, 1)], colors=np.ones((3, 4))),
+            r"colors: expected shape \(4,\) or \(N, 4\) with N = 1 or 4, got",
+        ),
         (lambda: Segments(SQUARE, [(0, 1)], nonfinite="no"), "unknown value of nonfinite 'no'"),
         (lambda: Points([(0, INF, 0)]), r"positions\[0\] = \(0.0, inf, 0.0\): a point is not finite"),
         (lambda: Points(SQUARE, size=-1), "size = -1: expected a number of pixels above 0"),
@@ -290,7 +336,7 @@ def test_material_keeps_floats() -> None:
     material = Material("m", (0, 0.5, 1), Texture([[0]]), double_sided=False)
     assert material.base_color == (0.0, 0.5, 1.0, 1.0)
     assert not material.double_sided
-    assert Material().base_color == (1.0, 1.0, 1.0, 1.0)
+    assert Material().base_color is None
 
 
 @pytest.mark.parametrize(

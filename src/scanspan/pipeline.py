@@ -11,15 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.buffers import check_clip, check_screen_triangles, check_triangles, check_values
+from scanspan.assets.buffers import check_clip, check_screen_triangles, check_values
 from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.lens import check_size
+from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Geometry, Instance, Scene
+from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
 from scanspan.geometry.project import screen_triangles
+from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
 from scanspan.raster.options import OffscreenPoint, check_number, check_subpixel_bits, check_threads, make_sampling
 from scanspan.samples import sample_offsets
@@ -124,8 +127,14 @@ def render(
     )  # fmt: skip
 
     # Assets: what is there, and from where it is seen.
+    if not isinstance(scene, (Scene, Instance, Mesh, Segments, Points)):
+        raise InputError(
+            f"scene = {quote(scene)}: expected a Scene, Mesh, Segments, Points or Instance; use load() to read a file"
+        )
     scene = scene if isinstance(scene, Scene) else Scene(scene)
     width, height = options.size
+    if camera is not None and not isinstance(camera, (Camera, str)):
+        raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
     if not isinstance(camera, Camera):
         camera = Camera.frame(scene, "iso" if camera is None else camera, up=up, aspect=width / height, fit="points")
 
@@ -210,11 +219,11 @@ def rasterize(
     check_algorithm(algorithm, order, coverage)
     bits = check_subpixel_bits(subpixel_bits)
     sample_offsets(samples, bits)
-    if depth_bits not in (32, 64) or isinstance(depth_bits, bool):
+    if not isinstance(depth_bits, (int, np.integer)) or depth_bits not in (32, 64):
         raise InputError(f"depth_bits = {depth_bits!r}: must be 32 or 64")
     options = RasterOptions(check_pixels(size, max_pixels), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads))
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
-    vertices, corners = check_clip(clip, check_triangles(triangles), nonfinite)
+    vertices, corners = check_clip(clip, triangles, nonfinite)
     return rasterize_triangles(to_screen(vertices, corners, options.size, bits), corners, int(samples), options)
 
 

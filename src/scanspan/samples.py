@@ -38,6 +38,7 @@ def sample_offsets(samples: int, subpixel_bits: int) -> Int64Array:
     >>> sample_offsets(1, 8)
     array([[128, 128]])
     """
-    if isinstance(samples, bool) or samples not in POSITIONS:
+    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
+    if not whole or samples not in POSITIONS:
         raise InputError(f"samples = {samples!r}: must be one of {', '.join(map(str, POSITIONS))}")
     return np.array(POSITIONS[int(samples)], np.int64) << (subpixel_bits - 4)

@@ -103,7 +103,7 @@ def quote_row(array: NDArray[Any], name: str, row: int) -> str:
 
 def as_indices(values: ArrayLike, columns: int, vertex_count: int, name: str) -> NDArray[np.int32]:
     """Return (N, columns) int32 indices of vertices that exist; quote the first row with one that does not."""
-    array = as_integers(values, name)
+    array: NDArray[Any] = values if type(values) is np.ndarray and values.dtype == np.int32 else as_integers(values, name)
     if array.size == 0 and array.ndim in (1, 2) and array.shape[0] == 0:
         array = array.reshape(0, columns)
     if array.ndim != 2 or array.shape[1] != columns:
@@ -112,7 +112,7 @@ def as_indices(values: ArrayLike, columns: int, vertex_count: int, name: str) ->
     return np.require(array, dtype=np.int32, requirements=["C", "A", "W"])
 
 
-def check_range(array: NDArray[np.int64], vertex_count: int, name: str) -> None:
+def check_range(array: NDArray[Any], vertex_count: int, name: str) -> None:
     """Raise for the first row of indices with a vertex that does not exist."""
     if array.size and (int(array.min()) < 0 or int(array.max()) >= vertex_count):
         bad = (array < 0) | (array >= vertex_count)

@@ -14,50 +14,81 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_array, as_floats, as_integers, check_range, in_layout, quote_row
 from scanspan.assets.mesh import NONFINITE
 from scanspan.errors import InputError, LimitError, unknown_name
+from scanspan.jit import kernel
 
 MAX_TRIANGLES = (1 << 31) - 1  # triangles are numbered in 32 bits on the way
 MAX_CLIP = 1e150  # clip coordinates; products of two of them must be finite
-MAX_SCREEN = 1 << 24  # pixels
+MAX_SCREEN = float(1 << 24)  # pixels
 
 
-def check_triangles(triangles: ArrayLike) -> NDArray[np.int64]:
-    """Return triangles as (T, 3) int64; their range is checked against the vertices later."""
-    indices = as_integers(triangles, "triangles")
+@kernel
+def find_bad_vertices(vertices: NDArray[np.float64], limit: float) -> bool:
+    """Say whether any number is not finite or beyond a limit; (V, k) float64, in one pass."""
+    bad = False
+    for i in range(vertices.shape[0]):
+        for k in range(vertices.shape[1]):
+            bad |= not (abs(vertices[i, k]) <= limit)
+    return bad
+
+
+@kernel
+def find_bad_index(indices: NDArray[np.int32], count: int) -> bool:
+    """Say whether any of (T, 3) int32 indices is below 0 or not below `count`, in one pass."""
+    bad = False
+    for n in range(indices.shape[0]):
+        for k in range(3):
+            bad |= (indices[n, k] < 0) | (indices[n, k] >= count)
+    return bad
+
+
+def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
+    """Return triangles as (T, 3) int32 rows of vertices that exist."""
+    indices = as_array(triangles, "triangles")
     if indices.size == 0 and indices.ndim in (1, 2) and indices.shape[0] == 0:
-        indices = indices.reshape(0, 3)
+        indices = np.empty((0, 3), np.int32)
+    if indices.dtype != np.int32:
+        indices = as_integers(indices, "triangles")
     if indices.ndim != 2 or indices.shape[1] != 3:
         raise InputError(f"triangles: expected shape (T, 3), got {indices.shape}")
     if len(indices) > MAX_TRIANGLES:
         raise LimitError(f"triangles: {len(indices)} of them, at most {MAX_TRIANGLES} can be numbered")
-    return indices
+    if indices.dtype == np.int64:
+        check_range(indices, vertex_count, "triangles")
+        return np.require(indices, np.int32, ["C", "A", "W"])
+    corners: NDArray[np.int32] = in_layout(indices, np.int32)
+    if find_bad_index(corners, vertex_count):
+        check_range(corners.astype(np.int64), vertex_count, "triangles")
+    return corners
 
 
 def collapse_bad(
-    vertices: NDArray[np.float64], indices: NDArray[np.int64], name: str, limit: float, nonfinite: str
+    vertices: NDArray[np.float64], corners: NDArray[np.int32], nonfinite: str
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return vertices and (T, 3) int32 triangles that kernels can take; raise for or collapse those with a bad vertex."""
+    """Return clip coordinates and triangles that kernels can take; raise for, or collapse, those with a bad vertex."""
     if nonfinite not in NONFINITE:
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
-    corners = np.require(indices, np.int32, ["C", "A", "W"])
-    with np.errstate(invalid="ignore"):
-        good = (np.abs(vertices) <= limit).all(axis=1)
-    if good.all():
+    if not find_bad_vertices(vertices, MAX_CLIP):
         return vertices, corners
 
     # Quote the first bad vertex that is used, or collapse the triangles that use one.
+    with np.errstate(invalid="ignore"):
+        good = (np.abs(vertices) <= MAX_CLIP).all(axis=1)
     bad = ~good[corners].all(axis=1)
     if bad.any() and nonfinite == "error":
-        vertex = next(int(v) for v in corners[np.argmax(bad)] if not good[v])
-        raise InputError(f"{quote_row(vertices, name, vertex)}: must be finite and within {limit:g}; triangle {int(np.argmax(bad))} uses it")
-    corners = np.where(bad[:, None], 0, corners).astype(np.int32)
-    return np.where(good[:, None], vertices, 1.0), corners
+        n = int(np.argmax(bad))
+        vertex = next(int(v) for v in corners[n] if not good[v])
+        raise InputError(
+            f"{quote_row(vertices, 'clip', vertex)}: expected finite numbers within {MAX_CLIP:g}; triangle {n} uses it"
+        )
+    return np.where(good[:, None], vertices, 1.0), np.where(bad[:, None], 0, corners).astype(np.int32)
 
 
-def check_clip(clip: ArrayLike, indices: NDArray[np.int64], nonfinite: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def check_clip(
+    clip: ArrayLike, triangles: ArrayLike, nonfinite: str
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Return clip coordinates as (V, 4) float64 and triangles as (T, 3) int32, ready for the kernels."""
-    vertices = as_floats(clip, 4, "clip")
-    check_range(indices, len(vertices), "triangles")
-    return collapse_bad(vertices, indices, "clip", MAX_CLIP, nonfinite)
+    vertices: NDArray[np.float64] = as_floats(clip, 4, "clip")
+    return collapse_bad(vertices, check_triangles(triangles, len(vertices)), nonfinite)
 
 
 def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.float64]:
@@ -71,18 +102,18 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
     with np.errstate(over="ignore"):
         triangles: NDArray[np.float64] = in_layout(array, np.float64)
-    with np.errstate(invalid="ignore"):
-        good = (np.abs(triangles) <= MAX_SCREEN).all(axis=(1, 2))
-    if good.all():
+    if not find_bad_vertices(triangles.reshape(-1, 2), MAX_SCREEN):
         return triangles
 
     # Quote the first bad corner; a coordinate that is finite but far away is an error even when others are dropped.
+    with np.errstate(invalid="ignore"):
+        good = (np.abs(triangles) <= MAX_SCREEN).all(axis=(1, 2))
     finite = np.isfinite(triangles).all(axis=(1, 2))
     wrong = ~good if nonfinite == "error" else ~good & finite
     if wrong.any():
         n = int(np.argmax(wrong))
         k = int(np.argmax(~(np.abs(triangles[n]) <= MAX_SCREEN).all(axis=1)))
-        raise InputError(f"vertices[{n}, {k}] = {tuple(triangles[n, k].tolist())}: must be finite and within {MAX_SCREEN} pixels")
+        raise InputError(f"vertices[{n}, {k}] = {tuple(triangles[n, k].tolist())}: expected finite numbers within {MAX_SCREEN:.0f} pixels")
     return np.where(good[:, None, None], triangles, 0.0)
 
 

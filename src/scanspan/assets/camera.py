@@ -45,7 +45,7 @@ __all__ = ["MAX_PIXELS", "MAX_SIDE", "Camera", "check_size"]
 DEFAULT_NEAR = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Camera(Viewpoint):
     """An eye and a lens. Make one with `look_at`, `orthographic`, `frame`, `from_opencv` or another of the class methods.
 
@@ -338,7 +338,7 @@ class Camera(Viewpoint):
         zoom : enlarges the picture about its middle by this factor, without moving the eye.
         fit : "sphere" fits the bounding sphere of the bounds, "box" their corners, "points" the `points`; the last two are
             tight and centred.
-        points : (N, 3) points in the world for fit "points"; the scene's own `points` when None, else the corners of the bounds.
+        points : (N, 3) points in the world for fit "points"; when None the scene's own `points`, or the corners of its bounds.
 
         Raises
         ------

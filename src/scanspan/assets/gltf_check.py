@@ -6,6 +6,7 @@ view into the next. Source: Khronos Group, "glTF 2.0 Specification", sections 3.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from scanspan.assets.files import ModelFile
@@ -25,8 +26,9 @@ MAX_DEPTH = 1000
 class Checker:
     """Checks one tree; every message says where in the tree the fault is."""
 
-    def __init__(self, tree: Tree, file: ModelFile) -> None:
+    def __init__(self, tree: Tree, binary: bytes | None, file: ModelFile) -> None:
         self.tree = tree
+        self.binary = binary
         self.file = file
 
     def rows(self, parent: Tree, key: str, where: str = "") -> list[Tree]:
@@ -75,9 +77,12 @@ class Checker:
         """Check that every accessor lies in its view and every view in its buffer."""
         buffers, views = self.rows(self.tree, "buffers"), self.rows(self.tree, "bufferViews")
         for i, buffer in enumerate(buffers):
-            self.whole(buffer, "byteLength", f"buffers[{i}]")
+            length = self.whole(buffer, "byteLength", f"buffers[{i}]")
             if not isinstance(buffer.get("uri", ""), str):
                 raise self.file.error("expected text", f"buffers[{i}].uri")
+            held = 0 if self.binary is None or i else len(self.binary)
+            if "uri" not in buffer and length > held:
+                raise self.file.error(f"expected {length} bytes in the file, there are {held}", f"buffers[{i}]")
         for i, view in enumerate(views):
             where = f"bufferViews[{i}]"
             buffer = buffers[self.index(view, "buffer", buffers, where)]
@@ -160,6 +165,7 @@ class Checker:
             where = f"nodes[{i}]"
             if "mesh" in node:
                 self.index(node, "mesh", meshes, where)
+            self._placement(node, where)
             for child in self._numbers(node.get("children", []), len(nodes), f"{where}.children"):
                 if child in parent:
                     raise self.file.error(f"node {child} has two parents, {parent[child]} and {i}", where)
@@ -169,6 +175,14 @@ class Checker:
                 if root in parent:
                     raise self.file.error(f"node {root} is a root and a child of {parent[root]}", f"scenes[{i}]")
         self._depths(len(nodes), parent)
+
+    def _placement(self, node: Tree, where: str) -> None:
+        """Check that what places a node is as many finite numbers as it has to be."""
+        for key, count in (("matrix", 16), ("translation", 3), ("rotation", 4), ("scale", 3)):
+            values = node.get(key, [0.0] * count)
+            good = isinstance(values, list) and len(values) == count
+            if not good or not all(isinstance(v, (int, float)) and math.isfinite(v) for v in values):
+                raise self.file.error(f"expected {count} finite numbers", f"{where}.{key}")
 
     def _depths(self, count: int, parent: dict[int, int]) -> None:
         """Check that going up from any node ends, soon."""

@@ -120,7 +120,7 @@ class Orthographic:
         """Return None: parallel rays meet in no pinhole."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Pinhole:
     """A lens given by an intrinsic matrix for images of one size.
 
@@ -139,6 +139,9 @@ class Pinhole:
             raise InputError(f"K has the focal lengths {k[0, 0]} and {k[1, 1]}: expected pixels above 0")
         k.setflags(write=False)
         object.__setattr__(self, "matrix", k)
+
+    def __repr__(self) -> str:
+        return f"Pinhole({self.matrix.tolist()}, size={self.size})"
 
     def projection(self, size: Size, near: float, far: float | None) -> FloatArray:
         """Return the (4, 4) matrix from camera to clip coordinates for an image of size (width, height)."""
@@ -163,7 +166,7 @@ class Pinhole:
         return scaled
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Projection:
     """A lens given by a projection matrix of the caller's own: (4, 4), camera to clip coordinates, for images of every size."""
 
@@ -176,6 +179,9 @@ class Projection:
             raise InputError("projection has a last row of zeros: w would be 0 everywhere")
         matrix.setflags(write=False)
         object.__setattr__(self, "matrix", matrix)
+
+    def __repr__(self) -> str:
+        return f"Projection({self.matrix.tolist()})"
 
     def projection(self, size: Size, near: float, far: float | None) -> FloatArray:
         """Return the matrix; neither the size nor the planes change it."""
@@ -197,7 +203,8 @@ class Projection:
         _, _, slope, level = (self.matrix[3] + self.matrix[2]).tolist()
         near = level / slope if slope != 0.0 else 0.0
         _, _, slope, level = (self.matrix[3] - self.matrix[2]).tolist()
-        return near, level / slope if slope != 0.0 else None
+        far = level / slope if slope != 0.0 else None
+        return near, far if far is not None and near < far < np.inf else None
 
 
 Lens = Perspective | Orthographic | Pinhole | Projection

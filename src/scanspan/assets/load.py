@@ -200,7 +200,7 @@ def _first_line(error: BaseException) -> str:
 def _open_archive(file: ModelFile) -> tuple[str, ModelFile]:
     """Return the one model in a zip archive and its kind."""
     archive = open_zip(file.content, file)
-    members = [m.filename for m in archive.infolist() if not m.is_dir() and not m.filename.startswith(("__MACOSX/", "."))]
+    members = [name for name in archive.namelist() if not name.startswith(("__MACOSX/", ".")) and not name.endswith("/")]
     models = [name for name in members if os.path.splitext(name)[1].lower().removeprefix(".") in READERS]
     if len(models) != 1:
         shown = ", ".join(sorted(models)[:5]) + (", ..." if len(models) > 5 else "")

@@ -39,7 +39,7 @@ NODE_KEYS = ("children", "matrix", "translation", "rotation", "scale", "mesh")
 def read_gltf(file: ModelFile) -> list[Instance]:
     """Return the meshes of a glTF or GLB file, one instance for each primitive of each node."""
     tree, binary = _split(file)
-    checker = Checker(tree, file)
+    checker = Checker(tree, binary, file)
     checker.check()
     scene = _decode(_simplify(tree, file), binary, file)
     materials = _Materials(tree, file)

@@ -18,7 +18,7 @@ from scanspan.errors import InputError
 from scanspan.homogeneous import FloatArray, check_planes, compose, finite_array, finite_number, quote
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Viewpoint:
     """An eye and a lens; `Camera` adds the ways of making one.
 
@@ -36,6 +36,8 @@ class Viewpoint:
 
     def __post_init__(self) -> None:
         """Check the view matrix and the planes."""
+        if not isinstance(self.lens, Lens):
+            raise InputError(f"lens = {quote(self.lens)}: expected a Perspective, Orthographic, Pinhole or Projection")
         view = finite_array("view", self.view, (4, 4))
         if view[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             raise InputError(f"view has the last row {quote(view[3].tolist())}: expected (0, 0, 0, 1)")
@@ -48,6 +50,10 @@ class Viewpoint:
             object.__setattr__(self, "near", finite_number("near", self.near))
             object.__setattr__(self, "far", None if self.far is None else finite_number("far", self.far))
             check_planes(self.near, self.far)
+
+    def __repr__(self) -> str:
+        eye = ", ".join(f"{number:.6g}" for number in self.eye)
+        return f"{type(self).__name__}(eye=({eye}), lens={self.lens!r}, near={self.near:.6g}, far={self.far})"
 
     @property
     def eye(self) -> FloatArray:

@@ -1,9 +1,9 @@
 """Half-space rasterization: three edge equations over the bounding box of each triangle.
 
 Each row starts from the exact edge values at its first sample and steps them by adding. One sign test on e0 | e1 | e2 decides, as in
-the lectures. A row is left once it is outside again, and entered where it may be inside, both in strides of 32 samples, so that what
-lies between is one plain loop over a slice: the compiler turns it into vector instructions (8 samples at a time with AVX-512). Per
-sample a test for leaving would forbid that; docs/decisions/0003-half-space.md has the measurements.
+the lectures. A long row is left once it is outside again, and entered where it may be inside, both in strides of 32 samples, so that
+what lies between is one plain loop over a slice, which the compiler turns into vector instructions (8 samples at a time with
+AVX-512). A test for leaving at every sample would forbid that; docs/decisions/0003-half-space.md has the measurements.
 
 Source: Pineda 1988; the lectures' "two speed hacks".
 """
@@ -16,7 +16,6 @@ from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.setup import depth_at, set_up_triangle
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
 
-NARROW = np.int64(2)  # samples; testing so few one by one saves a fifth of the time on meshes of tiny triangles
 STRIDE = np.int64(32)  # samples; 16 to 64 measure alike
 
 
@@ -29,6 +28,17 @@ def is_outside(f0, a0, f1, a1, f2, a2, i, j):
 
 
 @inline_kernel
+def scan_row(write_sample, row, t, f0, f1, f2, g1, g2, n):
+    """Test every sample of a row by the three signs at once, and write those inside.
+
+    Shapes  row: a slice of a target; t: TriangleSetup; f0 to f2, g1, g2: its integers at the row's first sample.
+    """
+    for i in range(row.shape[0]):
+        inside = ((f0 + i * t.a0) | (f1 + i * t.a1) | (f2 + i * t.a2)) >= 0
+        write_sample(row, i, inside, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x), n)
+
+
+@inline_kernel
 def half_space(write_sample, target, triangles, first, last, sampling):
     """Write every covered sample of triangles first to last.
 
@@ -36,7 +46,7 @@ def half_space(write_sample, target, triangles, first, last, sampling):
     Units   pixels and sub-pixels, see TriangleSetup.
     Rule    sampling.rule, folded into the edge constants by the setup.
     Needs   the rectangle of sampling lies within the target.
-    Cost    O(bounding box), at most a stride outside the triangle at either end of a row.
+    Cost    O(bounding box) up to a stride's width; beyond it O(covered samples), and a stride at either end of each row.
     Source  Pineda 1988.
     """
     xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
@@ -47,37 +57,28 @@ def half_space(write_sample, target, triangles, first, last, sampling):
             depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
         )  # fmt: skip
         f0, f1, f2, g1, g2 = t.f0, t.f1, t.f2, t.g1, t.g2
-        width = t.x_end - t.x_start
+        x_start, width = t.x_start, t.x_end - t.x_start
+
+        # Scan a narrow box whole.
+        if width <= STRIDE:
+            for y in range(t.y_start, t.y_end):
+                scan_row(write_sample, target[y, x_start : x_start + width], t, f0, f1, f2, g1, g2, n)
+                f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
+            continue
+
+        # In a wide one, find where each row enters the triangle and where it has left it again, and scan what lies between.
         for y in range(t.y_start, t.y_end):
-            # Find where a long row enters the triangle and where it has left it again.
-            start, end = np.int64(0), width
-            if width > STRIDE:
-                while start < width and is_outside(f0, t.a0, f1, t.a1, f2, t.a2, start, start + STRIDE - 1):
-                    start += STRIDE
-                end = start
-                while end < width and not is_outside(f0, t.a0, f1, t.a1, f2, t.a2, end, end + STRIDE - 1):
-                    end += STRIDE
-                end = min(end, width)
-
-            # Test the samples between by the three signs at once: all of them, or one by one where there are very few.
-            row = target[y, t.x_start + start : t.x_start + end]
-            e0, e1, e2 = f0 + start * t.a0, f1 + start * t.a1, f2 + start * t.a2
-            h1, h2 = g1 + start * t.g1_x, g2 + start * t.g2_x
-            if width > NARROW:
-                for i in range(row.shape[0]):
-                    inside = ((e0 + i * t.a0) | (e1 + i * t.a1) | (e2 + i * t.a2)) >= 0
-                    write_sample(row, i, inside, depth_at(t, h1 + i * t.g1_x, h2 + i * t.g2_x), n)
-            else:
-                for i in range(row.shape[0]):
-                    if ((e0 + i * t.a0) | (e1 + i * t.a1) | (e2 + i * t.a2)) >= 0:
-                        write_sample(row, i, True, depth_at(t, h1 + i * t.g1_x, h2 + i * t.g2_x), n)
-
-            # Step to the next row.
-            f0 += t.b0
-            f1 += t.b1
-            f2 += t.b2
-            g1 += t.g1_y
-            g2 += t.g2_y
+            i = np.int64(0)
+            while i < width and is_outside(f0, t.a0, f1, t.a1, f2, t.a2, i, i + STRIDE - 1):
+                i += STRIDE
+            end = i
+            while end < width and not is_outside(f0, t.a0, f1, t.a1, f2, t.a2, end, end + STRIDE - 1):
+                end += STRIDE
+            scan_row(
+                write_sample, target[y, x_start + i : x_start + min(end, width)], t,
+                f0 + i * t.a0, f1 + i * t.a1, f2 + i * t.a2, g1 + i * t.g1_x, g2 + i * t.g2_x, n,
+            )  # fmt: skip
+            f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
 
 
 @kernel

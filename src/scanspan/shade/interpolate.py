@@ -57,6 +57,16 @@ def barycentric_kernel(slots, triangles, sample_x, sample_y, subpixel_bits, y_st
                 out[j, i, 0], out[j, i, 1], out[j, i, 2] = w0, w1, w2
 
 
+@kernel
+def numbers_kernel(slot, number, out):
+    """Write number[slot], -1 where the slot is -1.
+
+    Shapes  slot: (n,) int32; number: (N,) int32; out: (n,) int32.
+    """
+    for i in range(slot.shape[0]):
+        out[i] = -1 if slot[i] < 0 else number[slot[i]]
+
+
 @helper_kernel
 def blend(u0, u1, u2, b1, b2):
     """Return the attribute with values u0, u1, u2 at the corners, for weights b1 and b2 of the last two."""

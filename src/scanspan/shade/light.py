@@ -23,10 +23,10 @@ from scanspan.jit import kernel
 from scanspan.records import Float32Array
 
 # Linear light that reaches a surface from each side, red, green, blue: a sky a little cool, a ground a little warm.
-_SKY = (0.185, 0.195, 0.212)
-_GROUND = (0.090, 0.084, 0.078)
-_HEADLIGHT = (0.285, 0.285, 0.285)
-_KEY = (0.560, 0.550, 0.536)
+_SKY = (0.165, 0.186, 0.222)
+_GROUND = (0.088, 0.080, 0.072)
+_HEADLIGHT = (0.260, 0.260, 0.260)
+_KEY = (0.615, 0.590, 0.550)
 
 # Share of the light from above that the highlight sends on: the sheen of dry clay.
 _GLOSS = 0.045

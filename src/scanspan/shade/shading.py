@@ -20,7 +20,7 @@ from scanspan.jit import kernel
 from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
 from scanspan.shade import surface
 from scanspan.shade.color import LINEAR_FROM_SRGB8, encode_srgb, linear_color
-from scanspan.shade.interpolate import barycentric_kernel, interpolate_corners_kernel
+from scanspan.shade.interpolate import barycentric_kernel, interpolate_corners_kernel, numbers_kernel
 from scanspan.shade.light import Lights, default_lights, light
 from scanspan.shade.texture import sample_texture
 from scanspan.shade.wireframe import overlay_edges_kernel
@@ -98,18 +98,6 @@ def find_bases_kernel(numbers, instance, base, viewers, x, y, width, bases, towa
 
 
 @kernel
-def take_numbers_kernel(slots, source, numbers):
-    """Write the number of the source triangle in every slot, -1 where there is none.
-
-    Shapes  slots: (h, W) int32; source: (N,) int32; numbers: (h W,) int32.
-    """
-    for j in range(slots.shape[0]):
-        for i in range(slots.shape[1]):
-            n = slots[j, i]
-            numbers[j * slots.shape[1] + i] = -1 if n < 0 else source[n]
-
-
-@kernel
 def add_samples_kernel(numbers, colors, out):
     """Add the colours of visible samples, as opaque ones.
 
@@ -157,7 +145,7 @@ def shade_rows(
     height, width = slots.shape
     count = height * width
     numbers, barycentric = np.empty(count, np.int32), np.empty((height, width, 3))
-    take_numbers_kernel(slots, screen.source, numbers)
+    numbers_kernel(slots.reshape(-1), screen.source, numbers)
     barycentric_kernel(slots, screen, offset[0], offset[1], bits, y_start, barycentric)
     weights = barycentric.reshape(-1, 3)
 

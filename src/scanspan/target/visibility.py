@@ -21,7 +21,7 @@ from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import Array, Float64Array, Int32Array, ScreenTriangles
 from scanspan.samples import sample_offsets
-from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel
+from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel, numbers_kernel
 from scanspan.target.merge import merge_kernel
 
 
@@ -102,11 +102,10 @@ def find_barycentric(plane: Plane, triangles: ScreenTriangles, options: RasterOp
     return out
 
 
-def numbers_of(slot: Int32Array, number: Array) -> Array:
+def numbers_of(slot: Int32Array, number: Int32Array) -> Int32Array:
     """Return the number of the thing in each slot of a plane, -1 where there is nothing."""
-    found = np.full(slot.shape, -1, np.int32 if len(number) < 1 << 31 else np.int64)
-    if len(number):
-        np.copyto(found, number.take(slot, mode="clip"), where=slot >= 0)
+    found = np.empty(slot.shape, np.int32)
+    numbers_kernel(slot.reshape(-1), number, found.reshape(-1))
     return found
 
 

@@ -1,0 +1,418 @@
+"""The command `scanspan`: a model file in, a picture out.
+
+The result goes to standard output as one line; everything else goes to standard error. What is slow to import is imported inside
+the commands, so that `--help` answers at once.
+
+Exit codes: 0 done, 2 bad input or usage, 3 an error of ours, 130 interrupted; 1 is kept for pictures that were compared and
+differ.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+from typer.main import get_command
+
+from scanspan import __version__
+from scanspan.errors import InputError, ScanspanError, unknown_name
+from scanspan.view import options
+from scanspan.view.reporter import Reporter, to_line
+
+if TYPE_CHECKING:
+    from scanspan.assets.camera import Camera
+    from scanspan.assets.scene import Instance, Scene
+    from scanspan.records import UInt8Array
+    from scanspan.target.frame import Frame
+    from scanspan.view.shot import Shot
+
+DEFAULT_SIZE = (1280, 960)
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Request(NamedTuple):
+    """What `render` was asked for, as far as it can be checked before the model is read."""
+
+    model: str
+    output: str
+    size: tuple[int, int]
+    fields: list[str] | None  # of the frame, for .npz
+    views: list[str]
+    metadata: str | None
+    up: str | None
+    color: tuple[float, ...] | None
+    shot: Shot
+    look: dict[str, Any]  # for scanspan.render
+    limits: dict[str, Any]  # for scanspan.load
+
+
+@app.callback(invoke_without_command=True)
+def start(
+    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False
+) -> None:
+    """Turn 3-D models into pictures: exactly, on the CPU, with no window and no OpenGL.
+
+    Example: [bold]scanspan render model.glb -o picture.png[/bold]
+    """
+    if version:
+        write_out(f"scanspan {__version__}\n")
+        raise typer.Exit()
+    if context.invoked_subcommand is None:
+        write_out(context.get_help().rstrip() + "\n")
+
+
+@app.command()
+def render(
+    model: options.Model,
+    output: options.Output = None,
+    resolution: options.Resolution = None,
+    size: options.Size = None,
+    views: options.Views = None,
+    aov: options.Aov = None,
+    metadata: options.Metadata = None,
+    up: options.Up = None,
+    direction: options.Direction = None,
+    position: options.Position = None,
+    focal_point: options.FocalPoint = None,
+    view_up: options.ViewUp = None,
+    view_angle: options.ViewAngle = 30.0,
+    zoom: options.Zoom = 1.0,
+    azimuth: options.Azimuth = 0.0,
+    elevation: options.Elevation = 0.0,
+    orthographic: options.Orthographic = False,
+    no_background: options.NoBackground = False,
+    background_color: options.BackgroundColor = None,
+    color: options.Color = None,
+    shading: options.Shading = "auto",
+    crease_angle: options.CreaseAngle = 30.0,
+    edges: options.Edges = False,
+    line_width: options.LineWidth = 1.0,
+    cull: options.Cull = "none",
+    no_textures: options.NoTextures = False,
+    samples: options.Samples = 4,
+    algorithm: options.Algorithm = "half-space",
+    threads: options.Threads = None,
+    max_pixels: options.MaxPixels = None,
+    max_bytes: options.MaxBytes = None,
+    max_triangles: options.MaxTriangles = None,
+    max_texture_pixels: options.MaxTexturePixels = None,
+    nonfinite: options.Nonfinite = "error",
+    file_type: options.FileType = None,
+    verbose: options.Verbose = False,
+) -> None:
+    """Render a model to a picture, and print the picture's path.
+
+    Without options the picture is well framed, lit and smooth, 1280 x 960.
+
+    [bold]scanspan render chair.glb -o chair.png --size 1920x1080[/bold]
+
+    [bold]scanspan render part.stl --views iso,front,right,top -o sheet.png[/bold]
+
+    [bold]scanspan render part.stl --aov depth,primitive -o arrays.npz --json camera.json[/bold]
+    """
+    from scanspan.view import shot as words
+
+    vector = words.parse_vector
+    shot = words.Shot(
+        words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
+        vector("--camera-view-up", view_up), view_angle, zoom, azimuth, elevation, orthographic,
+    )  # fmt: skip
+    names = words.parse_views(views)
+    if names and (direction or position or focal_point):
+        raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
+    if no_background and background_color is not None:
+        raise InputError("--no-background and --background-color do not go together")
+    if not 0.0 < zoom < float("inf"):
+        raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
+    look = {
+        "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
+        "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
+        "textures": not no_textures, "samples": samples, "algorithm": algorithm, "threads": threads, "max_pixels": max_pixels,
+    }  # fmt: skip
+    limits = {
+        "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
+        "nonfinite": nonfinite, "file_type": file_type,
+    }  # fmt: skip
+    request = Request(
+        model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),
+        None if aov is None else [name.strip() for name in aov.split(",")], names, metadata, words.parse_axis(up),
+        words.parse_shade("--color", color), shot, given(look), given(limits),
+    )  # fmt: skip
+    with Reporter(verbose) as reporter:
+        printed = run(request, reporter)
+    write_out(printed)
+
+
+def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
+    """Return where the picture goes; raise before any work is done when it cannot go there."""
+    from scanspan.target.image import image_format
+
+    target = output if output is not None else Path(model).stem + (".png" if aov is None else ".npz")
+    ending = "png" if target == "-" else image_format(target)
+    if aov is not None and ending != "npz":
+        raise InputError(f"--aov writes arrays: expected an --output that ends in .npz, got {target!r}")
+    if views and ending == "npz":
+        raise InputError(f"--views makes one picture: expected an --output that is none of arrays, got {target!r}")
+    for option, path in (("--output", target), ("--json", metadata)):
+        if path is None or (path == "-" and option == "--output"):
+            continue
+        if path in ("", "-") or "\0" in path or os.path.isdir(path):
+            raise InputError(f"{option} = {path!r}: expected the name of a file")
+        if not (Path(path).parent).is_dir():
+            raise InputError(f"{option} = {path!r}: the folder {str(Path(path).parent)!r} does not exist")
+        if os.path.exists(path) and os.path.exists(model) and os.path.samefile(path, model):
+            raise InputError(f"{option} = {path!r}: is the model itself, which is not overwritten")
+    if metadata is not None and os.path.realpath(metadata) == os.path.realpath(target):
+        raise InputError(f"--json = {metadata!r}: is the --output too")
+    return target
+
+
+def run(request: Request, reporter: Reporter) -> bytes | str:
+    """Render what was asked for, write it, and return what goes to standard output."""
+    reporter.stage(f"reading {request.model}")
+    scene = read_scene(request, reporter)
+    reporter.stage("starting the compiler")
+    reporter.await_kernels()
+    from scanspan.pipeline import MAX_PIXELS, check_pixels
+    from scanspan.target.frame import FIELDS
+    from scanspan.target.image import encode_image, image_format, write_bytes
+    from scanspan.view.metadata import to_json
+
+    # Make the picture, or the arrays, and the numbers beside them.
+    check_pixels(request.size, request.look.get("max_pixels", MAX_PIXELS))
+    check_fields(request.fields, FIELDS)
+    content: Any
+    if request.views:
+        content, records = render_views(scene, request, reporter)
+    else:
+        frame, record = render_view(scene, request, request.shot, reporter, request.size)
+        records = [record]
+        is_arrays = request.output.lower().endswith(".npz")
+        content = frame.fields(request.fields or FIELDS) if is_arrays else frame.color
+
+    # Write both, each of them whole or not at all; the picture's path is the result.
+    reporter.stage(f"writing {request.output}")
+    encoded = encode_image(content, "png" if request.output == "-" else image_format(request.output))
+    if request.output != "-":
+        write_bytes(request.output, encoded)
+    if request.metadata is not None:
+        write_bytes(request.metadata, to_json(records if request.views else records[0]).encode() + b"\n")
+    reporter.detail("done")
+    return encoded if request.output == "-" else f"{request.output}\n"
+
+
+def check_fields(names: list[str] | None, known: Sequence[str]) -> None:
+    """Raise for a name that is none of a frame's fields."""
+    for name in names or ():
+        if name not in known:
+            raise InputError(f"--aov: {unknown_name('field', name, known)}")
+
+
+def read_scene(request: Request, reporter: Reporter) -> Scene:
+    """Return the scene of a request, in its colour and with its up; tell what the reader could not do."""
+    from scanspan.assets.load import load
+    from scanspan.assets.scene import Scene
+
+    scene = load(request.model, **request.limits)
+    for note in scene.notes:
+        reporter.note(f"note: {request.model}: {note}")
+    reporter.detail(repr(scene))
+    if request.color is None and request.up is None:
+        return scene
+    instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
+    return Scene(instances, request.up or scene.up, scene.name, scene.notes)
+
+
+def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
+    """Return an instance in one colour, without texture and colours of its own."""
+    from scanspan.assets.material import Material
+    from scanspan.assets.mesh import Mesh
+    from scanspan.assets.scene import Instance
+    from scanspan.assets.shapes import Segments
+
+    shape: Any = instance.geometry
+    if isinstance(shape, Mesh):
+        attributes, corners = (
+            {name: values for name, values in known.items() if name != "color"} for known in (shape.attributes, shape.corners)
+        )
+        shape = Mesh(
+            shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
+            face_count=shape.face_count, nonfinite="drop",
+        )  # fmt: skip
+    elif isinstance(shape, Segments):
+        shape = Segments(shape.positions, shape.segments, None, shape.width)
+    else:
+        shape = type(shape)(shape.positions, None, shape.size)
+    material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
+    return Instance(shape, instance.transform, material, instance.name)
+
+
+def render_view(
+    scene: Scene, request: Request, shot: Shot, reporter: Reporter, size: tuple[int, int], camera: Camera | None = None
+) -> tuple[Frame, dict[str, Any]]:
+    """Return one rendered view, and what is known of it when that was asked for."""
+    from scanspan.pipeline import render
+    from scanspan.view.metadata import describe_frame
+    from scanspan.view.shot import make_camera
+
+    reporter.stage(f"rendering {request.model}" + (f", {shot.direction}" if request.views else ""))
+    frame = render(scene, camera or make_camera(scene, shot, size), size, **request.look)
+    reporter.detail(f"{frame.counters}, {100 * frame.coverage:.1f} % covered")
+    if request.metadata is None:
+        return frame, {}
+    told = {name: request.look[name] for name in ("algorithm", "samples", "shading", "cull")}
+    files = {"scanspan": __version__, "model": request.model, "output": request.output}
+    return frame, files | describe_frame(frame) | {"options": told}
+
+
+def render_views(scene: Scene, request: Request, reporter: Reporter) -> tuple[UInt8Array, list[dict[str, Any]]]:
+    """Return the sheet of several views, and what is known of each."""
+    from scanspan.view.metadata import centre_of
+    from scanspan.view.sheet import compose, match_scales, plan
+    from scanspan.view.shot import make_camera
+
+    layout = plan(request.views, request.size)
+    shots = [request.shot._replace(direction=name) for name in request.views]
+    cameras = match_scales([make_camera(scene, shot, layout.cell, layout.margin) for shot in shots], centre_of(scene))
+    pictures, records = [], []
+    for shot, camera, (left, top) in zip(shots, cameras, layout.corners):
+        frame, record = render_view(scene, request, shot, reporter, layout.cell, camera)
+        pictures.append(frame.color)
+        region = [left, top, left + layout.cell[0], top + layout.cell[1]]
+        records.append({"name": shot.direction, "region": region} | record)
+    transparent = request.look.get("background") == "transparent"
+    return compose(pictures, request.views, layout, transparent=transparent), records
+
+
+def given(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that were given, so that the others keep the library's own defaults."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+@app.command()
+def info(
+    file: Annotated[str | None, typer.Argument(metavar="[FILE]", help="A model file.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+) -> None:
+    """Tell what is in a model file; without one, tell about this machine."""
+    from scanspan.view.metadata import describe_machine, describe_model, to_json, to_text
+
+    if file is None:
+        record = {"scanspan": __version__} | describe_machine()
+    else:
+        from scanspan.assets.load import load
+
+        record = describe_model(file, load(file))
+    write_out((to_json(record) if as_json else to_text(record)) + "\n")
+
+
+@app.command()
+def warm(verbose: options.Verbose = False) -> None:
+    """Compile every kernel now, so that every later start is quick, and tell where they are kept."""
+    with Reporter(verbose) as reporter:
+        reporter.stage("compiling")
+        reporter.await_kernels()
+        run_all_kernels(reporter)
+        from scanspan.view.metadata import describe_kernels
+
+        kept = describe_kernels()
+    write_out(
+        f"{kept['loaded'] + kept['compiled']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n"
+    )
+
+
+def run_all_kernels(reporter: Reporter) -> None:
+    """Draw small pictures that between them need every kernel."""
+    import numpy as np
+
+    import scanspan as ss
+
+    # One scene has it all: a mesh that crosses the near plane, with a texture and colours, a mirrored one, segments and points.
+    corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    values = {"uv": corners[:, :2] / 2 + 0.5, "color": corners / 2 + 0.5, "normal": corners}
+    box = ss.Mesh.from_polygons(corners, faces, values)
+    material = ss.Material(texture=ss.Texture(np.full((2, 2, 3), 200, np.uint8)))
+    instances = [
+        ss.Instance(box, material=material), ss.Instance(box, np.diag([-0.5, 0.5, 0.5, 1.0])),
+        ss.Segments(corners, [(0, 7), (1, 6)], [(255, 0, 0), (0, 0, 255)], 2.0), ss.Points(corners, size=3.0),
+    ]  # fmt: skip
+    scene = ss.Scene([ss.Instance(i) if not isinstance(i, ss.Instance) else i for i in instances])
+    inside = ss.Camera.look_at((0.9, 0.8, 0.7), (-1, -1, -1), near=0.5, far=9.0)
+    for algorithm in ss.ALGORITHMS:
+        reporter.stage(f"compiling {algorithm}")
+        for shading, cull, blend in (("auto", "none", "linear"), ("smooth", "back", "srgb"), ("flat", "front", "linear")):
+            look = {"shading": shading, "cull": cull, "blend": blend, "edges": True, "samples": 2, "algorithm": algorithm}
+            frame = ss.render(scene, inside, (24, 16), **look)  # type: ignore[arg-type]
+            frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
+        clip = np.concatenate([corners, np.full((8, 1), 1.5)], axis=1)
+        for depth_bits in (32, 64):
+            seen = ss.rasterize(clip, [(0, 1, 3), (4, 6, 7)], (8, 8), algorithm=algorithm, depth_bits=depth_bits)
+            ss.interpolate(seen, corners)
+            ss.merge(seen, seen)
+        ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm)
+
+
+def write_out(content: bytes | str) -> None:
+    """Write to standard output, and see it through."""
+    encoded = content if isinstance(content, bytes) else os.fsencode(content)
+    try:
+        sys.stdout.buffer.write(encoded)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise InputError(f"standard output: cannot be written: {(error.strerror or str(error)).lower()}") from None
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code; every error is one line on standard error."""
+    # Notes of the reader come with the scene; what it logs would say them twice.
+    logging.getLogger("scanspan").addHandler(logging.NullHandler())
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    wants_trace = "--verbose" in words or os.environ.get("SCANSPAN_DEBUG", "") not in ("", "0")
+    try:
+        code = get_command(app).main(args=words, prog_name="scanspan", standalone_mode=False)
+        return code if isinstance(code, int) else 0
+    except (KeyboardInterrupt, typer.Abort):
+        return _end("interrupted", 130)
+    except BrokenPipeError:
+        # The reader has had enough. Give the interpreter a place to flush to when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 0
+    except typer.TyperException as error:
+        return _end(f"error: {_plain(error.format_message())}", 2)
+    except ScanspanError as error:
+        return _end(f"error: {error}", 2)
+    except MemoryError:
+        return _end("error: this needs more memory than there is", 2)
+    except Exception as error:
+        if wants_trace:
+            traceback.print_exc()
+        hint = "" if wants_trace else "; --verbose shows where"
+        return _end(f"error: a fault of scanspan: {type(error).__name__}: {error}{hint}", 3)
+
+
+def _plain(message: str) -> str:
+    """Return a message of typer without the full stop that the others do not have."""
+    return message.strip().removesuffix(".")
+
+
+def _end(message: str, code: int) -> int:
+    """Write the last line, and return the exit code."""
+    with contextlib.suppress(OSError):
+        print(f"scanspan: {to_line(message)}", file=sys.stderr, flush=True)
+    return code

@@ -1,0 +1,1 @@
+"""How you see it: several pictures on one sheet, and the numbers beside a picture."""

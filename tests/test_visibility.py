@@ -1,0 +1,283 @@
+"""Visibility: keys that order like depth, merges that are a monoid, and the same bits however the work is split."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import scanspan as ss
+from scanspan.raster import algorithms
+from scanspan.raster.write import is_nearer, pack_key, unpack_depth, unpack_number
+from scanspan.samples import POSITIONS
+
+SIZE = (64, 48)
+DEPTHS = st.floats(-4, 4, width=32)
+NUMBERS = st.integers(0, 2**32 - 1)
+
+
+def soup(rng, count=400, spread=1.2):
+    """Random triangles all over the picture, some behind the eye: clip coordinates and indices."""
+    clip = rng.normal(size=(3 * count, 4)) * spread
+    clip[:, 3] = rng.uniform(-0.2, 3, 3 * count)
+    return clip, np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+
+
+def check_same(a, b):
+    """Compare two Visibilities bit for bit."""
+    assert np.array_equal(a.primitive, b.primitive)
+    assert np.array_equal(a.depth, b.depth)
+
+
+@given(DEPTHS, NUMBERS, DEPTHS, NUMBERS)
+def test_keys_order_like_is_nearer(depth, number, other_depth, other_number):
+    key, other = pack_key(float(depth), np.int64(number)), pack_key(float(other_depth), np.int64(other_number))
+    assert (key > other) == is_nearer(depth, number, other_depth, other_number)
+    assert (key == other) == (depth == other_depth and number == other_number)
+
+
+@given(DEPTHS, NUMBERS)
+def test_keys_give_back_what_was_packed(depth, number):
+    key = pack_key(float(depth), np.int64(number))
+    assert unpack_depth(key) == np.float32(depth)
+    assert unpack_number(key) == number
+    assert pack_key.py_func(float(depth), np.int64(number)) == key
+
+
+def test_depth_is_rounded_once_to_float32():
+    value = 0.1 + 2.0**-30
+    assert unpack_depth(pack_key(value, np.int64(0))) == np.float32(value)
+
+
+@pytest.mark.parametrize("samples", sorted(POSITIONS))
+@pytest.mark.parametrize("depth_bits", [32, 64])
+def test_threads_do_not_change_a_bit(rng, monkeypatch, samples, depth_bits):
+    monkeypatch.setattr(algorithms, "SMALL", 0)
+    clip, triangles = soup(rng)
+    one = ss.rasterize(clip, triangles, SIZE, samples=samples, depth_bits=depth_bits, threads=1)
+    for threads in (2, 3, 7, 64):
+        many = ss.rasterize(clip, triangles, SIZE, samples=samples, depth_bits=depth_bits, threads=threads)
+        check_same(one, many)
+        assert np.array_equal(one.barycentric, many.barycentric)
+
+
+def test_chunks_do_not_change_a_bit(rng, monkeypatch):
+    clip, triangles = soup(rng)
+    whole = ss.rasterize(clip, triangles, SIZE)
+    monkeypatch.setattr(algorithms, "CHUNK", 7)
+    check_same(whole, ss.rasterize(clip, triangles, SIZE))
+
+
+def test_samples_lie_at_the_standard_positions(rng):
+    """A sample at (x, y) sixteenths sees what the centre sees when the scene is moved by the difference."""
+    vertices = rng.uniform(0, 1, (60, 3, 2)) * SIZE
+    depth = rng.uniform(0, 1, (60, 3))
+    for samples, positions in POSITIONS.items():
+        seen = ss.rasterize(*on_screen(vertices, depth), SIZE, samples=samples)
+        for s, (x, y) in enumerate(positions):
+            moved = ss.rasterize(*on_screen(vertices + (8 - x, 8 - y) / np.array(16.0), depth), SIZE)
+            primitive = seen.primitive if samples == 1 else seen.primitive[..., s]
+            assert (primitive != moved.primitive).mean() < 0.01  # the moved corners snap alike but for rounding
+
+
+def on_screen(vertices, depth):
+    """Clip coordinates with w = 1 for triangles given on the screen."""
+    x, y = vertices[..., 0] / SIZE[0] * 2 - 1, 1 - vertices[..., 1] / SIZE[1] * 2
+    clip = np.stack([x, y, 1 - 2 * depth, np.ones_like(x)], axis=-1).reshape(-1, 4)
+    return clip, np.arange(len(clip)).reshape(-1, 3)
+
+
+def test_float64_depth_agrees_with_float32(rng):
+    clip, triangles = soup(rng)
+    short, long = (ss.rasterize(clip, triangles, SIZE, depth_bits=bits) for bits in (32, 64))
+    assert long.depth.dtype == np.float64
+    assert np.array_equal(short.depth, long.depth.astype(np.float32))
+    assert (short.primitive != long.primitive).mean() < 0.01
+
+
+def test_equal_depths_go_to_the_lower_number(rng):
+    square = np.array([(-1, -1, 0.25, 1), (3, -1, 0.25, 1), (-1, 3, 0.25, 1)])
+    clip = np.concatenate([square] * 3)
+    seen = ss.rasterize(clip, [(3, 4, 5), (0, 1, 2), (6, 7, 8)], SIZE)
+    assert (seen.primitive == 0).all()
+
+
+def test_order_of_triangles_changes_only_their_numbers(rng):
+    clip, triangles = soup(rng)
+    order = rng.permutation(len(triangles))
+    seen, shuffled = ss.rasterize(clip, triangles, SIZE), ss.rasterize(clip, triangles[order], SIZE)
+    assert np.array_equal(seen.depth, shuffled.depth)
+    numbers = np.where(shuffled.primitive < 0, -1, order[shuffled.primitive])
+    ties = seen.primitive != numbers
+    assert ties.mean() < 0.001
+
+
+def parts(rng, clip, triangles, count=3):
+    """The scene in parts: each a Visibility in the numbers of the whole."""
+    found = []
+    for part in np.array_split(rng.permutation(len(triangles)), count):
+        kept = np.zeros_like(triangles)
+        kept[part] = triangles[part]
+        found.append(ss.rasterize(clip, kept, SIZE))
+    return found
+
+
+@pytest.mark.parametrize("depth_bits", [32, 64])
+def test_merge_is_a_monoid_and_gives_the_whole(rng, depth_bits):
+    clip, triangles = soup(rng)
+    clip[0] = clip[1] = clip[2] = (0, 0, 0, 1)
+    a, b, c = parts(rng, clip, triangles)
+    check_same(ss.merge(ss.merge(a, b), c), ss.merge(a, ss.merge(b, c)))
+    check_same(ss.merge(a, b), ss.merge(b, a))
+    check_same(ss.merge(a, a), a)
+    check_same(ss.merge(ss.merge(a, b), c), ss.rasterize(clip, triangles, SIZE))
+    nothing = ss.rasterize(clip, [], SIZE)
+    check_same(ss.merge(a, nothing), a)
+    check_same(ss.merge(nothing, a), a)
+
+
+def test_merge_refuses_what_does_not_fit(rng):
+    clip, triangles = soup(rng, 3)
+    a = ss.rasterize(clip, triangles, SIZE)
+    with pytest.raises(ss.InputError, match=r"^merge: \(48, 64\) float32 and \(48, 32\) float32 must have the same shape and type"):
+        ss.merge(a, ss.rasterize(clip, triangles, (32, 48)))
+    with pytest.raises(ss.InputError, match="a merged Visibility has no barycentric weights"):
+        _ = ss.merge(a, a).barycentric
+
+
+def test_culling_is_by_the_sign_after_snapping():
+    clockwise = [[(2, 2), (12, 2), (2, 12)]]
+    counter = [[(2, 2), (2, 12), (12, 2)]]
+    full = ss.count(clockwise, (16, 16)).sum()
+    assert full > 0
+    assert ss.count(clockwise, (16, 16), cull="back").sum() == 0
+    assert ss.count(clockwise, (16, 16), cull="front").sum() == full
+    assert ss.count(counter, (16, 16), cull="back").sum() == full
+    assert ss.count(counter, (16, 16), cull="front").sum() == 0
+
+    # Half a sub-pixel of area, which snapping takes away, is culled from both sides.
+    thin = [[(2, 2), (12, 2), (7, 2 + 1 / 1024)]]
+    assert all(ss.count(thin, (16, 16), cull=cull).sum() == 0 for cull in ("none", "back", "front"))
+
+
+def test_nothing_draws_nothing():
+    seen = ss.rasterize(np.empty((0, 4)), [], (3, 2))
+    assert seen.primitive.tolist() == [[-1] * 3] * 2
+    assert np.isneginf(seen.depth).all()
+    assert seen.barycentric.shape == (2, 3, 3)
+    assert seen.counters == {"triangles": 0, "cut": 0, "outside": 0, "drawn": 0}
+    assert ss.count([], (3, 2)).tolist() == [[0] * 3] * 2
+
+
+def test_nonfinite_vertices_are_named_or_dropped():
+    clip = np.array([(-1, -1, 0, 1), (3, -1, 0, 1), (-1, 3, 0, 1), (np.nan, 0, 0, 1), (0, np.inf, 0, 1)])
+    triangles = [(0, 1, 3), (0, 1, 2), (4, 1, 2)]
+    with pytest.raises(ss.InputError, match=r"^clip\[3\] = \(nan, 0.0, 0.0, 1.0\): expected finite numbers within 1e\+150; triangle 0 uses it$"):
+        ss.rasterize(clip, triangles, (4, 4))
+    assert (ss.rasterize(clip, triangles, (4, 4), nonfinite="drop").primitive == 1).all()
+    assert (ss.rasterize(clip, [(0, 1, 2)], (4, 4)).primitive == 0).all()  # a bad vertex that nothing uses
+    vertices = [[(0, 0), (8, 0), (0, np.nan)], [(0, 0), (8, 0), (0, 8)]]
+    with pytest.raises(ss.InputError, match=r"^vertices\[0, 2\] = \(0.0, nan\): expected finite numbers within 16777216 pixels$"):
+        ss.count(vertices, (4, 4))
+    assert ss.count(vertices, (4, 4), nonfinite="drop").sum() == 16
+    with pytest.raises(ss.InputError, match=r"^vertices\[1, 1\] = \(1e\+09, 0.0\)|^vertices\[1, 1\] = \(1000000000.0, 0.0\)"):
+        ss.count([vertices[0], [(0, 0), (1e9, 0), (0, 8)]], (4, 4), nonfinite="drop")
+    with pytest.raises(ss.InputError, match="unknown value of nonfinite 'skip'"):
+        ss.count(vertices, (4, 4), nonfinite="skip")
+
+
+CLIP = [(-1, -1, 0, 1), (3, -1, 0, 1), (-1, 3, 0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"algorithm": "halfspace"}, r"unknown algorithm 'halfspace'; did you mean 'half-space'\?"),
+        ({"algorithm": None}, "unknown algorithm None"),
+        ({"order": "zigzag"}, "unknown order 'zigzag'"),
+        ({"coverage": "centre"}, "unknown coverage 'centre'"),
+        ({"samples": 3}, "samples = 3: must be one of 1, 2, 4, 8, 16"),
+        ({"samples": True}, "samples = True: must be one of"),
+        ({"samples": [4]}, r"samples = \[4\]: must be one of"),
+        ({"cull": "Back"}, r"unknown cull 'Back'; did you mean 'back'\?"),
+        ({"rule": 3}, "unknown rule 3"),
+        ({"subpixel_bits": 3}, "subpixel_bits = 3: must be a whole number from 4 to 16"),
+        ({"subpixel_bits": 8.0}, "subpixel_bits = 8.0: must be a whole number from 4 to 16"),
+        ({"depth_bits": 16}, "depth_bits = 16: must be 32 or 64"),
+        ({"depth_bits": None}, "depth_bits = None: must be 32 or 64"),
+        ({"threads": 0}, "threads = 0: must be a whole number from 1 to 4096"),
+        ({"threads": 10**6}, "threads = 1000000: must be a whole number"),
+        ({"size": (0, 4)}, r"size = \(0, 4\): expected \(width, height\)"),
+        ({"size": (-1, 4)}, "size"),
+        ({"size": 8}, "size"),
+        ({"size": (2**18 + 1, 1)}, "size"),
+        ({"size": (40000, 40000)}, r"size = \(40000, 40000\): 1600000000 pixels, the limit is max_pixels=268435456"),
+        ({"triangles": [(0, 1, 3)]}, r"triangles\[0\] = \(0, 1, 3\): vertex 3 does not exist, there are 3"),
+        ({"triangles": np.array([(0, 1, 3)], np.int32)}, r"triangles\[0\] = \(0, 1, 3\): vertex 3 does not exist, there are 3"),
+        ({"triangles": [(0, 1, -1)]}, r"triangles\[0\] = \(0, 1, -1\): vertex -1 does not exist"),
+        ({"triangles": [(0, 1)]}, r"triangles: expected shape \(T, 3\), got \(1, 2\)"),
+        ({"triangles": [(0, 1, 0.5)]}, r"triangles\[0\] = \(0.0, 1.0, 0.5\): expected whole numbers"),
+        ({"triangles": "abc"}, "triangles: expected an array of numbers"),
+        ({"clip": [(0, 0, 0)]}, r"clip: expected shape \(N, 4\), got \(1, 3\)"),
+        ({"clip": None}, "clip: expected an array of numbers"),
+        ({"clip": [(0, 0, 0, 1j)]}, "clip: expected an array of numbers, got dtype complex128"),
+    ],
+)
+def test_what_cannot_be_used_is_quoted(options, message):
+    arguments = {"clip": CLIP, "triangles": [(0, 1, 2)], "size": (4, 4), **options}
+    with pytest.raises(ss.InputError, match=message) as caught:
+        ss.rasterize(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [((np.nan, 0), "must be finite"), ((0, 0, 0), "not all 0"), ((1e9, 0), "within 16777216 pixels; use w=0"), ((1, 1, np.inf), "must be finite")],
+)
+def test_offscreen_points_are_checked(point, message):
+    with pytest.raises(ss.InputError, match=message):
+        ss.OffscreenPoint(*point)
+
+
+def test_interpolate_keeps_types_and_constants(rng):
+    clip, triangles = soup(rng, 40)
+    seen = ss.rasterize(clip, triangles, SIZE, samples=4)
+    for dtype in (np.float16, np.float32, np.float64):
+        constant = ss.interpolate(seen, np.full((len(clip), 2), 1 / 3, dtype))
+        assert constant.dtype == dtype
+        assert constant.shape == (48, 64, 4, 2)
+        assert (constant[seen.primitive >= 0] == dtype(1 / 3)).all()
+        assert (constant[seen.primitive < 0] == 0).all()
+    assert ss.interpolate(seen, np.arange(len(clip))).dtype == np.float64
+    with pytest.raises(ss.InputError, match=f"^per_vertex: 5 rows, but the triangles use {len(clip)} vertices$"):
+        ss.interpolate(seen, np.zeros(5))
+    with pytest.raises(ss.InputError, match="^per_vertex: expected shape"):
+        ss.interpolate(seen, np.zeros((len(clip), 2, 2)))
+    with pytest.raises(ss.InputError, match="^visibility: expected what rasterize returned, got tuple"):
+        ss.interpolate((), np.zeros(5))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e6])
+def test_interpolation_is_right_to_a_few_bits(rng, ratio):
+    """Against the exact perspective formula from the snapped corners, in rationals."""
+    from fractions import Fraction
+
+    for _ in range(10):
+        w = ratio ** rng.uniform(0, 1, 3)
+        corners = rng.integers(0, 16 * 64, (3, 2)) / 16
+        clip = np.stack([corners[:, 0] / 32 - 1, 1 - corners[:, 1] / 24, np.zeros(3), np.ones(3)], axis=1) * w[:, None]
+        clip[:, 2] = 0
+        values = rng.normal(size=3)
+        seen = ss.rasterize(clip, [(0, 1, 2)], SIZE)
+        found = ss.interpolate(seen, values)
+        xy = [(int(np.rint((a + 1) * 32 * 256)), int(np.rint((1 - b) * 24 * 256))) for a, b in clip[:, :2] / clip[:, 3:]]
+        for y, x in np.argwhere(seen.primitive == 0)[::7].tolist():
+            px, py = 256 * x + 128, 256 * y + 128
+            e = [
+                Fraction((b[0] - a[0]) * (py - a[1]) - (px - a[0]) * (b[1] - a[1]))
+                for a, b in ((xy[1], xy[2]), (xy[2], xy[0]), (xy[0], xy[1]))
+            ]
+            share = [v / Fraction(float(z)) for v, z in zip(e, clip[:, 3], strict=True)]
+            exact = sum(s * Fraction(float(v)) for s, v in zip(share, values, strict=True)) / sum(share)
+            assert abs(Fraction(float(found[y, x])) - exact) <= Fraction(1, 10**15) * Fraction(float(np.abs(values).max()))
