@@ -1,7 +1,7 @@
 """The command `scanspan`: a model file in, a picture out.
 
-The result goes to standard output as one line; everything else goes to standard error. What is slow to import is imported inside
-the commands, so that `--help` answers at once.
+The result goes to standard output as one line; everything else goes to standard error. What is slow to import is imported
+inside the commands, so that `--help` answers at once.
 
 Exit codes: 0 done, 2 bad input or usage, 3 an error of ours, 130 interrupted; 1 is kept for pictures that were compared and
 differ.
@@ -241,9 +241,9 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
     from scanspan.assets.material import Material
     from scanspan.assets.mesh import Mesh
     from scanspan.assets.scene import Instance
-    from scanspan.assets.shapes import Segments
+    from scanspan.assets.shapes import Points, Segments
 
-    shape: Any = instance.geometry
+    shape = instance.geometry
     if isinstance(shape, Mesh):
         attributes, corners = (
             {name: values for name, values in known.items() if name != "color"} for known in (shape.attributes, shape.corners)
@@ -255,7 +255,7 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
     elif isinstance(shape, Segments):
         shape = Segments(shape.positions, shape.segments, None, shape.width)
     else:
-        shape = type(shape)(shape.positions, None, shape.size)
+        shape = Points(shape.positions, None, shape.size)
     material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
     return Instance(shape, instance.transform, material, instance.name)
 

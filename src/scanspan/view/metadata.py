@@ -1,7 +1,7 @@
 """The numbers beside a picture and behind a file, as plain dictionaries that go into JSON.
 
-Everything is in the conventions of the library: matrices by rows for column vectors, clip coordinates as OpenGL has them, pixels
-with y down. What does not exist is None, never NaN, because JSON has no NaN.
+Everything is in the conventions of the library: matrices by rows for column vectors, clip coordinates as OpenGL has them,
+pixels with y down. What does not exist is None, never NaN, because JSON has no NaN.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ def describe_frame(frame: Frame) -> Record:
 
     Returns
     -------
-    A dictionary: ``size``, ``coverage`` (share of the pixels whose centre is covered), ``blank`` (whether nothing at all is to be
-    seen), ``seen_bounds`` (left, top, right and bottom in pixels, half-open, of what is covered), ``depth_range`` (nearest and
-    farthest distance along the line of sight), ``camera``, ``counts`` and ``scene``. The bounds and the range are None where
-    nothing is covered.
+    A dictionary: ``size``, ``coverage`` (share of the pixels whose centre is covered), ``blank`` (whether nothing at all is to
+    be seen), ``seen_bounds`` (left, top, right and bottom in pixels, half-open, of what is covered), ``depth_range`` (nearest
+    and farthest distance along the line of sight), ``camera``, ``counts`` and ``scene``. The bounds and the range are None
+    where nothing is covered.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def describe_camera(camera: Camera, size: tuple[int, int], centre: npt.ArrayLike
     """
     view, projection = camera.view, camera.projection(size)
     kind = "orthographic" if camera.is_orthographic else "perspective"
-    distance = float(camera.depth([centre])[0])
+    distance = float(camera.depth(np.asarray(centre)[None])[0])
     reach = 1.0 if camera.is_orthographic else distance
     record: Record = {
         "kind": kind,
@@ -164,7 +164,7 @@ def describe_parts(scene: Scene) -> Record:
         "materials": [
             {
                 "name": material.name,
-                "base_color": list(material.base_color),
+                "base_color": None if material.base_color is None else list(material.base_color),
                 "texture": None if material.texture is None else list(material.texture.size),
             }
             for material in materials

@@ -36,7 +36,8 @@ Views = Annotated[
 Aov = Annotated[
     str | None,
     _output(
-        metavar="NAMES", help="Arrays for a .npz: color,depth,primitive,object,barycentric,normal,position,uv. All by default."
+        metavar="NAMES",
+        help="Arrays for a .npz: color, depth, primitive, object, barycentric, normal, position, uv; all by default.",
     ),
 ]
 Metadata = Annotated[str | None, _output("--json", metavar="FILE", help="Camera matrices, counts, coverage and more, as JSON.")]
@@ -53,8 +54,12 @@ FocalPoint = Annotated[str | None, _camera("--camera-focal-point", metavar="X,Y,
 ViewUp = Annotated[str | None, _camera("--camera-view-up", metavar="X,Y,Z", help="What points up in the picture.")]
 ViewAngle = Annotated[float, _camera("--camera-view-angle", metavar="DEGREES", help="Vertical field of view.")]
 Zoom = Annotated[float, _camera("--camera-zoom-factor", metavar="FACTOR", help="1 fits the model, 2 shows it twice as large.")]
-Azimuth = Annotated[float, _camera("--camera-azimuth-angle", metavar="DEGREES", help="Then walk round it, to the right.")]
-Elevation = Annotated[float, _camera("--camera-elevation-angle", metavar="DEGREES", help="Then rise above it.")]
+Azimuth = Annotated[
+    float, _camera("--camera-azimuth-angle", metavar="DEGREES", show_default=False, help="Then walk round it, to the right.")
+]
+Elevation = Annotated[
+    float, _camera("--camera-elevation-angle", metavar="DEGREES", show_default=False, help="Then rise above it.")
+]
 Orthographic = Annotated[bool, _camera("--camera-orthographic", help="No perspective.")]
 NoBackground = Annotated[bool, _look("--no-background", help="A transparent background.")]
 BackgroundColor = Annotated[

@@ -26,6 +26,7 @@ _LETTER_SHARE = 1 / 26
 _LETTER_PIXELS = (12, 30)
 _MARGIN = 0.03  # share of a cell left free at each side where there is no label, as Camera.frame has it
 _DARK, _LIGHT = (52, 60, 72), (236, 240, 245)
+_WHITE_PAPER, _BLACK_PAPER = (255, 255, 255), (10, 13, 18)
 
 
 class Layout(NamedTuple):
@@ -110,7 +111,7 @@ def match_scales(cameras: Sequence[Camera], centre: npt.ArrayLike) -> list[Camer
         return [_with_height(camera, tallest) for camera in cameras]
 
     # Move every eye back along its line of sight; what was in view stays in view.
-    distances = [float(camera.depth([centre])[0]) for camera in cameras]
+    distances = [float(camera.depth(np.asarray(centre)[None])[0]) for camera in cameras]
     farthest = max(distances)
     moved = []
     for camera, distance in zip(cameras, distances):
@@ -134,7 +135,8 @@ def compose(pictures: Sequence[UInt8Array], names: Sequence[str], layout: Layout
     pictures : (h, w, 4) uint8, one for each view, of the size that `layout.cell` has.
     names : the label of each.
     layout : from `plan`.
-    transparent : whether the gaps between the views are transparent instead of white.
+    transparent : whether the gaps between the views are transparent. Else they are white beside light pictures, and nearly
+        black beside dark ones.
 
     Returns
     -------
@@ -145,7 +147,8 @@ def compose(pictures: Sequence[UInt8Array], names: Sequence[str], layout: Layout
     InputError : when a picture has another size.
     """
     width, height = layout.size
-    sheet = np.full((height, width, 4), (255, 255, 255, 0 if transparent else 255), np.uint8)
+    paper = _WHITE_PAPER if transparent or all(_is_light(picture[:1]) for picture in pictures) else _BLACK_PAPER
+    sheet = np.full((height, width, 4), (*paper, 0 if transparent else 255), np.uint8)
     for picture, name, (left, top) in zip(pictures, names, layout.corners):
         if picture.shape != (layout.cell[1], layout.cell[0], 4):
             raise InputError(f"the picture of {name!r} has shape {picture.shape}: expected {(*layout.cell[::-1], 4)}")
@@ -176,11 +179,16 @@ def write_label(picture: UInt8Array, name: str, letters: int) -> UInt8Array:
     where = slice(top, top + share.shape[0]), slice(left, left + share.shape[1])
     behind = picture[where].astype(np.float64)
     alpha = behind[..., 3:] / 255.0
-    seen = (behind[..., :3] * alpha + 255.0 * (1.0 - alpha)).mean()
-    ink = np.array(_DARK if seen > 110.0 else _LIGHT, np.float64)
+    ink = np.array(_DARK if _is_light(picture[where]) else _LIGHT, np.float64)
     above = share + alpha * (1.0 - share)
     colors = ink * share + behind[..., :3] * alpha * (1.0 - share)
     mixed = np.concatenate([colors / np.where(above > 0.0, above, 1.0), above * 255.0], axis=2)
     labelled = picture.copy()
     labelled[where] = np.where(share > 0.0, np.rint(mixed), behind).astype(np.uint8)
     return labelled
+
+
+def _is_light(picture: UInt8Array) -> bool:
+    """Say whether a picture, laid over white, is light rather than dark."""
+    alpha = picture[..., 3:] / 255.0
+    return bool((picture[..., :3] * alpha + 255.0 * (1.0 - alpha)).mean() > 110.0)

@@ -186,7 +186,7 @@ def make_camera(scene: Scene, shot: Shot, size: tuple[int, int], margin: float =
     if shot.position is None:
         towards = direction_towards_eye(shot.direction, sky)[0]
         fitted = _fit(scene, shot._replace(zoom=1.0, azimuth=0.0, elevation=0.0), size, sky, margin)
-        offset = towards * max(float(fitted.depth([centre])[0]), 2.0 * fitted.near)
+        offset = towards * max(float(fitted.depth(centre[None])[0]), 2.0 * fitted.near)
     else:
         offset = shot.position - target
     distance = math.hypot(*offset.tolist())
