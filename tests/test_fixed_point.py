@@ -63,7 +63,9 @@ def test_edge_start_is_negative_exactly_where_the_value_is(case, bias):
             assert (stepped < 0) == (exact + ((a * i + b * j) << bits) < 0)
 
 
-@pytest.mark.parametrize(("value", "bits", "expected"), [(0.5, 0, 0), (1.5, 0, 2), (2.5, 0, 2), (-0.5, 0, 0), (1 / 512, 8, 0), (3 / 512, 8, 2)])
+@pytest.mark.parametrize(
+    ("value", "bits", "expected"), [(0.5, 0, 0), (1.5, 0, 2), (2.5, 0, 2), (-0.5, 0, 0), (1 / 512, 8, 0), (3 / 512, 8, 2)]
+)
 def test_snapping_rounds_half_to_even(value, bits, expected):
     assert snap(value, float(1 << bits)) == expected
 

@@ -221,7 +221,10 @@ def test_saving_and_showing(frame, tmp_path):
         ({"camera": "izo"}, "unknown direction 'izo'"),
         ({"camera": 5}, "camera = 5: expected a Camera or the name of a direction"),
         ({"up": "upward"}, "unknown up axis 'upward'"),
-        ({"scene": "spot.obj"}, r"scene = 'spot.obj': expected a Scene, Mesh, Segments, Points or Instance; use load\(\) to read a file"),
+        (
+            {"scene": "spot.obj"},
+            r"scene = 'spot.obj': expected a Scene, Mesh, Segments, Points or Instance; use load\(\) to read a file",
+        ),
         ({"scene": None}, "scene = None: expected a Scene"),
         ({"blend": "gamma"}, "unknown blend 'gamma'"),
         ({"size": (100000, 100000)}, "pixels"),

@@ -55,7 +55,11 @@ print(frame.counters["cut"], digest.hexdigest())
 def run_scene(**environment):
     """Run the scene in a process of its own and return what it prints."""
     result = subprocess.run(
-        [sys.executable, "-W", "error", "-c", SCENE], env={**os.environ, **environment}, capture_output=True, text=True, check=False
+        [sys.executable, "-W", "error", "-c", SCENE],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert result.returncode == 0, result.stderr[-2000:]
     return result.stdout.split()
@@ -73,7 +77,11 @@ def kernels():
     found = {}
     for module in modules:
         for name, value in vars(module).items():
-            if hasattr(value, "py_func") and value.py_func.__module__ == module.__name__ and value.targetoptions.get("cache", True):
+            if (
+                hasattr(value, "py_func")
+                and value.py_func.__module__ == module.__name__
+                and value.targetoptions.get("cache", True)
+            ):
                 found[f"{module.__name__}.{name}"] = value
     return found
 
@@ -158,7 +166,11 @@ print(sum(line.split()[0] in ("vpmaxsq", "vblendvpd", "vpcmpgtq", "vporq", "vpte
           for line in code.splitlines() if line.strip()))
 """
     result = subprocess.run(
-        [sys.executable, "-c", script], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=False
+        [sys.executable, "-c", script],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert result.returncode == 0, result.stderr[-2000:]
     if result.stdout.strip() == "no AVX2":

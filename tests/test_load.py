@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import struct
 import subprocess
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from scanspan.assets.load import file_types, load
 from scanspan.assets.scene import Instance
@@ -202,6 +204,18 @@ def test_zip_with_a_textured_model_in_a_folder(write: Write) -> None:
     scene = load(write("b.zip", archive(members)))
     assert scene.notes == ()
     assert scene.instances[0].material.texture is not None
+
+
+def test_reading_one_member_many_times_counts_against_the_limit(write: Write) -> None:
+    library = "".join(f"newmtl m{k}\nmap_Kd {'./' * k}p.png\n" for k in range(5))
+    faces = "".join(f"usemtl m{k}\nf 1 2 3\n" for k in range(5))
+    pixels = np.random.default_rng(0).integers(0, 256, (40, 40, 3), dtype=np.uint8)
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, format="PNG")
+    members: dict[str, bytes | str] = {"a.obj": f"mtllib m.mtl\n{POINTS}{faces}", "m.mtl": library, "p.png": stream.getvalue()}
+    scene = load(write("a.zip", archive(members)), max_bytes=3 * len(stream.getvalue()))
+    assert [i.material.texture is not None for i in scene.instances] == [True, True, False, False, False]
+    assert "unpacks to more than the limit of" in scene.notes[0]
 
 
 def test_bad_archives(write: Write) -> None:

@@ -107,6 +107,11 @@ def test_damaged_obj(write: Write, content: bytes | str, message: str) -> None:
     assert fault(write("a.obj", content)) == message
 
 
+def test_negative_numbers_count_from_the_face_and_not_from_the_end(write: Write) -> None:
+    mesh = mesh_of(load(write("a.obj", POINTS + "f -3 -2 -1\n" + "v 5 5 5\nv 6 6 6\nf -5 -4 -1\n")))
+    assert mesh.triangles.tolist() == [[0, 1, 2], [0, 1, 4]]
+
+
 def test_nonfinite_vertices_can_be_dropped(write: Write) -> None:
     path = write("a.obj", POINTS + "v nan 0 0\nf 1 2 3\nf 1 2 4\nf 3 2 1")
     mesh = mesh_of(load(path, nonfinite="drop"))

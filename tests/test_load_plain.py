@@ -72,6 +72,13 @@ def test_ply(write: Write, form: str, faces: list[list[int]]) -> None:
     assert scene.up == "+Y"
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_ply_whose_first_face_is_the_smallest(write: Write, form: str) -> None:
+    mesh = mesh_of(load(write("a.ply", ply(form, [[0, 1], [0, 1, 2], [0, 1, 2, 3], [2, 1, 0]]))))
+    assert mesh.source.tolist() == [1, 2, 2, 3]
+    assert mesh.triangles.tolist() == [[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 1, 0]]
+
+
 def test_ply_with_one_colour_on_all_faces_keeps_those_of_the_vertices(write: Write) -> None:
     mesh = mesh_of(load(write("a.ply", ply("ascii", [[0, 1, 2]]))))
     assert "color" not in mesh.corners

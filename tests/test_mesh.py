@@ -225,7 +225,7 @@ def test_bad_input_is_quoted(positions: Any, triangles: Any, options: dict[str, 
 
 def test_dropped_faces_go_whole_and_the_others_keep_their_numbers() -> None:
     positions = [*SQUARE, (2, 0, 0), (2, NAN, 0), (9, 9, 9)]
-    faces = [(0, 1, 2, 3), (1, 4, 5, 2), (0, 1, 6)]
+    faces = [(0, 1, 2, 3), (4, 5, 2, 1), (0, 1, 6)]
     mesh = Mesh.from_polygons(positions, faces, corners={"heat": np.arange(11)}, nonfinite="drop")
     assert mesh.source.tolist() == [0, 0, 2]
     assert mesh.face_count == 3

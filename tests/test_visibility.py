@@ -140,7 +140,9 @@ def test_merge_is_a_monoid_and_gives_the_whole(rng, depth_bits):
 def test_merge_refuses_what_does_not_fit(rng):
     clip, triangles = soup(rng, 3)
     a = ss.rasterize(clip, triangles, SIZE)
-    with pytest.raises(ss.InputError, match=r"^merge: \(48, 64\) float32 and \(48, 32\) float32 must have the same shape and type"):
+    with pytest.raises(
+        ss.InputError, match=r"^merge: \(48, 64\) float32 and \(48, 32\) float32 must have the same shape and type"
+    ):
         ss.merge(a, ss.rasterize(clip, triangles, (32, 48)))
     with pytest.raises(ss.InputError, match="a merged Visibility has no barycentric weights"):
         _ = ss.merge(a, a).barycentric
@@ -173,12 +175,16 @@ def test_nothing_draws_nothing():
 def test_nonfinite_vertices_are_named_or_dropped():
     clip = np.array([(-1, -1, 0, 1), (3, -1, 0, 1), (-1, 3, 0, 1), (np.nan, 0, 0, 1), (0, np.inf, 0, 1)])
     triangles = [(0, 1, 3), (0, 1, 2), (4, 1, 2)]
-    with pytest.raises(ss.InputError, match=r"^clip\[3\] = \(nan, 0.0, 0.0, 1.0\): expected finite numbers within 1e\+150; triangle 0 uses it$"):
+    with pytest.raises(
+        ss.InputError, match=r"^clip\[3\] = \(nan, 0.0, 0.0, 1.0\): expected finite numbers within 1e\+150; triangle 0 uses it$"
+    ):
         ss.rasterize(clip, triangles, (4, 4))
     assert (ss.rasterize(clip, triangles, (4, 4), nonfinite="drop").primitive == 1).all()
     assert (ss.rasterize(clip, [(0, 1, 2)], (4, 4)).primitive == 0).all()  # a bad vertex that nothing uses
     vertices = [[(0, 0), (8, 0), (0, np.nan)], [(0, 0), (8, 0), (0, 8)]]
-    with pytest.raises(ss.InputError, match=r"^vertices\[0, 2\] = \(0.0, nan\): expected finite numbers within 16777216 pixels$"):
+    with pytest.raises(
+        ss.InputError, match=r"^vertices\[0, 2\] = \(0.0, nan\): expected finite numbers within 16777216 pixels$"
+    ):
         ss.count(vertices, (4, 4))
     assert ss.count(vertices, (4, 4), nonfinite="drop").sum() == 16
     with pytest.raises(ss.InputError, match=r"^vertices\[1, 1\] = \(1e\+09, 0.0\)|^vertices\[1, 1\] = \(1000000000.0, 0.0\)"):
@@ -233,7 +239,12 @@ def test_what_cannot_be_used_is_quoted(options, message):
 
 @pytest.mark.parametrize(
     ("point", "message"),
-    [((np.nan, 0), "must be finite"), ((0, 0, 0), "not all 0"), ((1e9, 0), "within 16777216 pixels; use w=0"), ((1, 1, np.inf), "must be finite")],
+    [
+        ((np.nan, 0), "must be finite"),
+        ((0, 0, 0), "not all 0"),
+        ((1e9, 0), "within 16777216 pixels; use w=0"),
+        ((1, 1, np.inf), "must be finite"),
+    ],
 )
 def test_offscreen_points_are_checked(point, message):
     with pytest.raises(ss.InputError, match=message):

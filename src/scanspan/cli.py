@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -34,6 +35,13 @@ if TYPE_CHECKING:
     from scanspan.view.shot import Shot
 
 DEFAULT_SIZE = (1280, 960)
+INTERRUPTED = 130  # the exit code of a process that Ctrl-C ended
+
+# Arguments of the library that its messages name, where they are options here; not within a file's name.
+_OPTIONS = re.compile(
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width)(?![\w./\\-])"
+    r"|^(?:samples|threads)(?= =)"
+)
 
 app = typer.Typer(
     add_completion=False,
@@ -109,6 +117,7 @@ def render(
     max_bytes: options.MaxBytes = None,
     max_triangles: options.MaxTriangles = None,
     max_texture_pixels: options.MaxTexturePixels = None,
+    max_face_corners: options.MaxFaceCorners = None,
     nonfinite: options.Nonfinite = "error",
     file_type: options.FileType = None,
     verbose: options.Verbose = False,
@@ -128,7 +137,7 @@ def render(
     vector = words.parse_vector
     shot = words.Shot(
         words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        vector("--camera-view-up", view_up), view_angle, zoom, azimuth, elevation, orthographic,
+        words.parse_vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
     )  # fmt: skip
     names = words.parse_views(views)
     if names and (direction or position or focal_point):
@@ -137,6 +146,8 @@ def render(
         raise InputError("--no-background and --background-color do not go together")
     if not 0.0 < zoom < float("inf"):
         raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
+    if not 0.0 < view_angle < 180.0:
+        raise InputError(f"--camera-view-angle = {view_angle}: expected degrees between 0 and 180")
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
@@ -144,7 +155,7 @@ def render(
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
-        "nonfinite": nonfinite, "file_type": file_type,
+        "max_face_corners": max_face_corners, "nonfinite": nonfinite, "file_type": file_type,
     }  # fmt: skip
     request = Request(
         model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),
@@ -159,9 +170,11 @@ def render(
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
     """Return where the picture goes; raise before any work is done when it cannot go there."""
     from scanspan.target.image import image_format
+    from scanspan.view.shot import naming
 
     target = output if output is not None else Path(model).stem + (".png" if aov is None else ".npz")
-    ending = "png" if target == "-" else image_format(target)
+    with naming("--output"):
+        ending = "png" if target == "-" else image_format(target)
     if aov is not None and ending != "npz":
         raise InputError(f"--aov writes arrays: expected an --output that ends in .npz, got {target!r}")
     if views and ending == "npz":
@@ -329,9 +342,7 @@ def warm(verbose: options.Verbose = False) -> None:
         from scanspan.view.metadata import describe_kernels
 
         kept = describe_kernels()
-    write_out(
-        f"{kept['loaded'] + kept['compiled']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n"
-    )
+    write_out(f"{kept['kernels']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n")
 
 
 def run_all_kernels(reporter: Reporter) -> None:
@@ -348,9 +359,9 @@ def run_all_kernels(reporter: Reporter) -> None:
     material = ss.Material(texture=ss.Texture(np.full((2, 2, 3), 200, np.uint8)))
     instances = [
         ss.Instance(box, material=material), ss.Instance(box, np.diag([-0.5, 0.5, 0.5, 1.0])),
-        ss.Segments(corners, [(0, 7), (1, 6)], [(255, 0, 0), (0, 0, 255)], 2.0), ss.Points(corners, size=3.0),
+        ss.Instance(ss.Segments(corners, [(0, 7), (1, 6)], [(255, 0, 0), (0, 0, 255)], 2.0)), ss.Instance(ss.Points(corners)),
     ]  # fmt: skip
-    scene = ss.Scene([ss.Instance(i) if not isinstance(i, ss.Instance) else i for i in instances])
+    scene = ss.Scene(instances)
     inside = ss.Camera.look_at((0.9, 0.8, 0.7), (-1, -1, -1), near=0.5, far=9.0)
     for algorithm in ss.ALGORITHMS:
         reporter.stage(f"compiling {algorithm}")
@@ -368,14 +379,8 @@ def run_all_kernels(reporter: Reporter) -> None:
 
 def write_out(content: bytes | str) -> None:
     """Write to standard output, and see it through."""
-    encoded = content if isinstance(content, bytes) else os.fsencode(content)
-    try:
-        sys.stdout.buffer.write(encoded)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise InputError(f"standard output: cannot be written: {(error.strerror or str(error)).lower()}") from None
+    sys.stdout.buffer.write(content if isinstance(content, bytes) else os.fsencode(content))
+    sys.stdout.flush()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -386,9 +391,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     wants_trace = "--verbose" in words or os.environ.get("SCANSPAN_DEBUG", "") not in ("", "0")
     try:
         code = get_command(app).main(args=words, prog_name="scanspan", standalone_mode=False)
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
         return code if isinstance(code, int) else 0
     except (KeyboardInterrupt, typer.Abort):
-        return _end("interrupted", 130)
+        return _end("interrupted", INTERRUPTED)
     except BrokenPipeError:
         # The reader has had enough. Give the interpreter a place to flush to when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -396,7 +403,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except typer.TyperException as error:
         return _end(f"error: {_plain(error.format_message())}", 2)
     except ScanspanError as error:
-        return _end(f"error: {error}", 2)
+        return _end(f"error: {_OPTIONS.sub(_to_option, str(error))}", 2)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else "a file or standard output: "
+        return _end(f"error: {place}{(error.strerror or str(error)).lower()}", 2)
     except MemoryError:
         return _end("error: this needs more memory than there is", 2)
     except Exception as error:
@@ -404,6 +414,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         hint = "" if wants_trace else "; --verbose shows where"
         return _end(f"error: a fault of scanspan: {type(error).__name__}: {error}{hint}", 3)
+
+
+def _to_option(name: re.Match[str]) -> str:
+    """Return the option that sets an argument of the library."""
+    return f"--{name[0].replace('_', '-')}"
 
 
 def _plain(message: str) -> str:

@@ -221,7 +221,9 @@ def rasterize(
     sample_offsets(samples, bits)
     if not isinstance(depth_bits, (int, np.integer)) or depth_bits not in (32, 64):
         raise InputError(f"depth_bits = {depth_bits!r}: must be 32 or 64")
-    options = RasterOptions(check_pixels(size, max_pixels), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads))
+    options = RasterOptions(
+        check_pixels(size, max_pixels), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads)
+    )
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
     vertices, corners = check_clip(clip, triangles, nonfinite)
     return rasterize_triangles(to_screen(vertices, corners, options.size, bits), corners, int(samples), options)

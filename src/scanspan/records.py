@@ -46,7 +46,7 @@ class ScreenTriangles(NamedTuple):
 
     xy: Int64Array  # (V, 2) sub-pixels, x right and y down from the image's top-left corner
     depth: Float64Array  # (V,) 1 at the near plane, 0 at z = w
-    inverse_w: Float64Array  # (V,) 1 / clip w
+    clip: Float64Array  # (V, 4) clip coordinates; shading divides by w
     corners: Int32Array  # (N, 3) rows of xy
     source: Int32Array  # (N,) the input triangle that each belongs to
     piece: Int32Array  # (N,) row of weights, -1 for a triangle that was not cut

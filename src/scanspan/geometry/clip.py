@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.geometry.project import project
-from scanspan.jit import helper_kernel, kernel
+from scanspan.geometry.project import plane_distance, project
+from scanspan.jit import kernel
 from scanspan.records import Float64Array, Int32Array, ScreenTriangles
 
 MIN_W = 2.0**-100  # where w reaches 0; anything positive that 1 / w can take
@@ -42,29 +42,9 @@ def clip_planes(size: tuple[int, int], far: bool) -> Float64Array:
     return np.array(planes)
 
 
-@helper_kernel
-def distance(planes, k, x, y, z, w):
-    """Return the signed distance of a point to plane k, positive where it is kept."""
-    return (((planes[k, 0] * x + planes[k, 1] * y) + planes[k, 2] * z) + planes[k, 3] * w) - planes[k, 4]
-
-
-@kernel
-def find_outcodes(clip, planes, outcodes):
-    """Write for each vertex the planes that it lies outside of, a bit each.
-
-    Shapes  clip: (V, 4); planes: (P, 5); outcodes: (V,) uint8.
-    """
-    for i in range(clip.shape[0]):
-        code = np.int64(0)
-        for k in range(planes.shape[0]):
-            if distance(planes, k, clip[i, 0], clip[i, 1], clip[i, 2], clip[i, 3]) < 0.0:
-                code |= np.int64(1) << k
-        outcodes[i] = np.uint8(code)
-
-
 @kernel
 def count_pieces(triangles, outcodes):
-    """Return how many triangles are whole, how many are cut, and how many lie outside of one plane altogether."""
+    """Return how many triangles are whole and how many are cut; the others lie outside of one plane altogether."""
     whole = cut = 0
     for n in range(triangles.shape[0]):
         p, q, r = outcodes[triangles[n, 0]], outcodes[triangles[n, 1]], outcodes[triangles[n, 2]]
@@ -72,7 +52,7 @@ def count_pieces(triangles, outcodes):
             whole += 1
         elif (p & q & r) == 0:
             cut += 1
-    return whole, cut, triangles.shape[0] - whole - cut
+    return whole, cut
 
 
 @kernel
@@ -86,8 +66,8 @@ def cut_polygon(polygon, made, count, planes, k, out, out_made):
     kept = 0
     for i in range(count):
         j = i + 1 if i + 1 < count else 0
-        from_here = distance(planes, k, polygon[i, 0], polygon[i, 1], polygon[i, 2], polygon[i, 3])
-        from_next = distance(planes, k, polygon[j, 0], polygon[j, 1], polygon[j, 2], polygon[j, 3])
+        from_here = plane_distance(planes, k, polygon[i, 0], polygon[i, 1], polygon[i, 2], polygon[i, 3])
+        from_next = plane_distance(planes, k, polygon[j, 0], polygon[j, 1], polygon[j, 2], polygon[j, 3])
         if from_here >= 0.0:
             out[kept] = polygon[i]
             out_made[kept] = made[i]
@@ -175,13 +155,13 @@ def to_screen(
     far : whether to cut at z = w.
     """
     planes = clip_planes(size, far)
-    outcodes = np.empty(len(clip), np.uint8)
-    find_outcodes(clip, planes, outcodes)
-    whole, cut, _ = count_pieces(triangles, outcodes)
-    if whole == len(triangles):
+    seen = project(clip, planes, size, subpixel_bits)
+    if not seen.all_codes:
         n = len(triangles)
         return ScreenTriangles(
-            *project(clip, size, subpixel_bits),
+            xy=seen.xy,
+            depth=seen.depth,
+            clip=clip,
             corners=triangles,
             source=np.arange(n, dtype=np.int32),
             piece=np.full(n, -1, np.int32),
@@ -190,14 +170,19 @@ def to_screen(
         )
 
     # Make room for the worst case, a corner and a piece more for each plane, and give back what was not needed.
+    whole, cut = count_pieces(triangles, seen.outcodes)
     room, pieces = cut * MAX_CORNERS, cut * (MAX_CORNERS - 2)
     vertices, corners = np.empty((room, 4)), np.empty((whole + pieces, 3), np.int32)
     source, piece = np.empty(whole + pieces, np.int32), np.empty(whole + pieces, np.int32)
     weights, inner = np.empty((pieces, 3, 3)), np.empty(whole + pieces, np.uint8)
-    n, n_vertices, n_pieces = clip_kernel(clip, triangles, outcodes, planes, vertices, corners, source, piece, weights, inner)
-    together = np.concatenate([clip, vertices[:n_vertices]])
+    n, n_vertices, n_pieces = clip_kernel(
+        clip, triangles, seen.outcodes, planes, vertices, corners, source, piece, weights, inner
+    )
+    added = project(vertices[:n_vertices], planes, size, subpixel_bits)
     return ScreenTriangles(
-        *project(together, size, subpixel_bits),
+        xy=np.concatenate([seen.xy, added.xy]),
+        depth=np.concatenate([seen.depth, added.depth]),
+        clip=np.concatenate([clip, vertices[:n_vertices]]),
         corners=corners[:n].copy(),
         source=source[:n].copy(),
         piece=piece[:n].copy(),

@@ -5,11 +5,13 @@ The products that lead to clip coordinates are in homogeneous.py, in a fixed ord
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Array, Float64Array, ScreenTriangles
+from scanspan.records import Float64Array, Int64Array, ScreenTriangles, UInt8Array
 
 
 @helper_kernel
@@ -22,36 +24,57 @@ def snap(position, scale):
     return np.int64(np.rint(min(max(position, -limit), limit) * scale))
 
 
+@helper_kernel
+def plane_distance(planes, k, x, y, z, w):
+    """Return the signed distance of a point to plane k, positive where it is kept."""
+    return (((planes[k, 0] * x + planes[k, 1] * y) + planes[k, 2] * z) + planes[k, 3] * w) - planes[k, 4]
+
+
 @kernel
-def project_kernel(clip, half_width, half_height, scale, xy, depth, inverse_w):
-    """Project clip coordinates to the image and snap them.
+def project_kernel(clip, planes, half_width, half_height, scale, outcodes, xy, depth):
+    """Find which planes each vertex lies outside of, project it, and snap it; return the bits of all that occur.
 
-    Shapes  clip: (V, 4); xy: (V, 2) int64; depth, inverse_w: (V,).
+    Shapes  clip: (V, 4); planes: (P, 5), see clip.py; outcodes: (V,) uint8, a bit for each plane; xy: (V, 2) int64; depth: (V,).
     Units   half_width, half_height in pixels; scale = 2^s sub-pixels in a pixel.
-    Needs   w > 0 where the result is used; rows with w <= 0 are skipped.
+    Rule    the image point is ((x / w + 1) width / 2, (1 - y / w) height / 2): clip space has y up, the image has it down. Vertices
+            with w <= 0 have none and get (0, 0).
+    Cost    one pass; two would read all vertices twice.
     """
+    all_codes = np.int64(0)
     for i in range(clip.shape[0]):
-        w = clip[i, 3]
-        if w > 0.0:
-            xy[i, 0] = snap((clip[i, 0] / w + 1.0) * half_width, scale)
-            xy[i, 1] = snap((1.0 - clip[i, 1] / w) * half_height, scale)
-            depth[i] = (w - clip[i, 2]) / (w + w)
-            inverse_w[i] = 1.0 / w
+        x, y, z, w = clip[i, 0], clip[i, 1], clip[i, 2], clip[i, 3]
+        code = np.int64(0)
+        for k in range(planes.shape[0]):
+            code |= np.int64(plane_distance(planes, k, x, y, z, w) < 0.0) << k
+        outcodes[i] = np.uint8(code)
+        all_codes |= code
+        in_front = w > 0.0
+        divisor = w if in_front else 1.0
+        xy[i, 0] = snap((x / divisor + 1.0) * half_width, scale) if in_front else 0
+        xy[i, 1] = snap((1.0 - y / divisor) * half_height, scale) if in_front else 0
+        depth[i] = (divisor - z) / (divisor + divisor)
+    return all_codes
 
 
-def project(clip: Float64Array, size: tuple[int, int], subpixel_bits: int) -> tuple[Array, Float64Array, Float64Array]:
-    """Return (V, 2) int64 sub-pixel positions, (V,) depths and (V,) reciprocals of w of clip coordinates.
+class Projected(NamedTuple):
+    """Vertices on the screen."""
 
-    The image point is ((x / w + 1) width / 2, (1 - y / w) height / 2): clip space has y up, the image has it down.
-    """
+    xy: Int64Array  # (V, 2) sub-pixels
+    depth: Float64Array  # (V,)
+    outcodes: UInt8Array  # (V,) a bit for each plane
+    all_codes: int  # the bits that occur
+
+
+def project(clip: Float64Array, planes: Float64Array, size: tuple[int, int], subpixel_bits: int) -> Projected:
+    """Project and snap (V, 4) clip coordinates, and find which planes they lie outside of."""
     count = len(clip)
-    xy, depth, inverse_w = np.zeros((count, 2), np.int64), np.zeros(count), np.zeros(count)
-    project_kernel(clip, size[0] / 2, size[1] / 2, float(1 << subpixel_bits), xy, depth, inverse_w)
-    return xy, depth, inverse_w
+    xy, depth, outcodes = np.empty((count, 2), np.int64), np.empty(count), np.empty(count, np.uint8)
+    found = project_kernel(clip, planes, size[0] / 2, size[1] / 2, float(1 << subpixel_bits), outcodes, xy, depth)
+    return Projected(xy, depth, outcodes, int(found))
 
 
 def screen_triangles(vertices: Float64Array, subpixel_bits: int) -> ScreenTriangles:
-    """Return triangles given on the screen, each with corners of its own, all at depth 0.
+    """Return triangles given on the screen, each with corners of its own, all at depth 0; they have no clip coordinates.
 
     Parameters
     ----------
@@ -63,7 +86,7 @@ def screen_triangles(vertices: Float64Array, subpixel_bits: int) -> ScreenTriang
     return ScreenTriangles(
         xy=xy,
         depth=np.zeros(3 * n),
-        inverse_w=np.ones(3 * n),
+        clip=np.empty((0, 4)),
         corners=np.arange(3 * n, dtype=np.int32).reshape(n, 3),
         source=np.arange(n, dtype=np.int32),
         piece=np.full(n, -1, np.int32),

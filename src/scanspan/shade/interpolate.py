@@ -16,10 +16,10 @@ from scanspan.jit import helper_kernel, kernel
 
 
 @helper_kernel
-def corner_weight(a_x, a_y, b_x, b_y, x, y, inverse_w):
+def corner_weight(a_x, a_y, b_x, b_y, x, y, w):
     """Return the edge value of the edge from a to b at a sample, over w of the corner opposite it."""
     high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
-    return halves_float(high, low) * inverse_w
+    return halves_float(high, low) / w
 
 
 @kernel
@@ -29,7 +29,7 @@ def barycentric_kernel(slots, triangles, sample_x, sample_y, subpixel_bits, y_st
     Shapes  slots: (h, W) int32, row of triangles.corners or -1; triangles: ScreenTriangles; out: (h, W, 3) float64.
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
-    xy, inverse_w, corners = triangles.xy, triangles.inverse_w, triangles.corners
+    xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
     piece, weights = triangles.piece, triangles.weights
     for j in range(slots.shape[0]):
         y = ((y_start + j) << subpixel_bits) + sample_y
@@ -42,9 +42,9 @@ def barycentric_kernel(slots, triangles, sample_x, sample_y, subpixel_bits, y_st
             # Weigh the corners by the edge values opposite them; a clockwise triangle has all signs reversed.
             x = (i << subpixel_bits) + sample_x
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-            w0 = corner_weight(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y, inverse_w[p])
-            w1 = corner_weight(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y, inverse_w[q])
-            w2 = corner_weight(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y, inverse_w[r])
+            w0 = corner_weight(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y, clip[p, 3])
+            w1 = corner_weight(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y, clip[q, 3])
+            w2 = corner_weight(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y, clip[r, 3])
             total = (w0 + w1) + w2
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
 

@@ -150,7 +150,11 @@ def shade_rows(
     weights = barycentric.reshape(-1, 3)
 
     # Find normals, base colours and the way to the eye.
-    normals, bases, towards = np.zeros((count, 3), np.float32), np.zeros((count, 4), np.float32), np.empty((count, 3), np.float32)
+    normals, bases, towards = (
+        np.zeros((count, 3), np.float32),
+        np.zeros((count, 4), np.float32),
+        np.empty((count, 3), np.float32),
+    )
     unit = float(1 << bits)
     interpolate_corners_kernel(numbers, weights, surfaces.normals, normals)
     find_bases_kernel(

@@ -74,7 +74,11 @@ class Frame:
         """Return (H, W, k) per-vertex values, `fill` where there is nothing."""
         out = np.full((*self._number.shape, values.shape[1]), fill)
         interpolate_vertices_kernel(
-            self._number.reshape(-1), self._weights.reshape(-1, 3), self._draw.triangles, values, out.reshape(-1, values.shape[1])
+            self._number.reshape(-1),
+            self._weights.reshape(-1, 3),
+            self._draw.triangles,
+            values,
+            out.reshape(-1, values.shape[1]),
         )
         return out
 

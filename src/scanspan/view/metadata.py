@@ -229,7 +229,7 @@ def describe_machine() -> Record:
 
 
 def describe_kernels() -> Record:
-    """Return where the machine code of the kernels is kept, and how many this process has compiled and found there."""
+    """Return where the machine code of the kernels is kept, how many there are, and how many were compiled just now."""
     dispatchers = {
         id(value): value
         for name, module in list(sys.modules.items())
@@ -240,7 +240,7 @@ def describe_kernels() -> Record:
     kept = [kernel.stats for kernel in dispatchers.values() if kernel.stats.cache_path]
     return {
         "folder": os.path.commonpath([stats.cache_path for stats in kept]) if kept else None,
-        "loaded": sum(bool(stats.cache_hits) and not stats.cache_misses for stats in kept),
+        "kernels": len(kept),
         "compiled": sum(bool(stats.cache_misses) for stats in kept),
     }
 

@@ -79,6 +79,7 @@ MaxPixels = Annotated[int | None, _limit(metavar="N", help="Refuse larger pictur
 MaxBytes = Annotated[int | None, _limit(metavar="N", help="Refuse larger files; 2147483648 by default.")]
 MaxTriangles = Annotated[int | None, _limit(metavar="N", help="Refuse larger models; 100000000 by default.")]
 MaxTexturePixels = Annotated[int | None, _limit(metavar="N", help="Leave out larger textures; 67108864 by default.")]
+MaxFaceCorners = Annotated[int | None, _limit(metavar="N", help="Refuse faces with more corners; 10000 by default.")]
 Nonfinite = Annotated[str, _limit(metavar="NAME", help="Vertices that are NaN or infinite: error, or drop their faces.")]
 FileType = Annotated[str | None, _limit(metavar="NAME", help="Read the file as obj, ply, ..., whatever its name is.")]
 Verbose = Annotated[bool, _limit("--verbose", help="Tell more on standard error.")]

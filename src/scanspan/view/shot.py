@@ -68,7 +68,7 @@ def parse_size(resolution: str | None, size: str | None, default: tuple[int, int
         return check_size((int(sides[1]), int(sides[2] or sides[1])))
 
 
-def parse_vector(option: str, text: str | None) -> Float64Array | None:
+def parse_vector(option: str, text: str | None, is_direction: bool = False) -> Float64Array | None:
     """Return three finite numbers from "x,y,z", None from None.
 
     >>> parse_vector("--camera-position", "1,-2,.5")
@@ -82,6 +82,8 @@ def parse_vector(option: str, text: str | None) -> Float64Array | None:
         numbers = []
     if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
         raise InputError(f"{option} = {text!r}: expected three numbers x,y,z")
+    if is_direction and not any(numbers):
+        raise InputError(f"{option} = {text!r}: expected a direction, not 0,0,0")
     return np.array(numbers)
 
 
@@ -99,9 +101,8 @@ def parse_direction(text: str | None) -> Any:
     if "," not in text:
         with naming("--camera-direction"):
             raise unknown_name("direction", text, [*DIRECTIONS, "x,y,z"])
-    vector = parse_vector("--camera-direction", text)
-    if vector is None or not vector.any():
-        raise InputError(f"--camera-direction = {text!r}: expected a direction, not 0,0,0")
+    vector = parse_vector("--camera-direction", text, is_direction=True)
+    assert vector is not None
     return 0.0 - vector
 
 
@@ -195,13 +196,12 @@ def make_camera(scene: Scene, shot: Shot, size: tuple[int, int], margin: float =
 
     # Turn the eye about the target, and look.
     upward = direction_towards_eye(offset, sky)[1] if shot.view_up is None else shot.view_up
-    with naming("--camera-azimuth-angle and --camera-elevation-angle" if shot.azimuth or shot.elevation else "camera"):
-        offset, upward = _turn(offset, upward, shot)
-        slope = math.tan(math.radians(min(max(shot.view_angle, 0.0), 180.0)) / 2.0) / shot.zoom
-        angle = shot.view_angle if shot.zoom == 1.0 else math.degrees(2.0 * math.atan(slope))
-        if shot.is_orthographic:
-            return Camera.orthographic(target + offset, target, upward, height=2.0 * distance * slope)
-        return Camera.look_at(target + offset, target, upward, angle)
+    offset, upward = _turn(offset, upward, shot)
+    slope = math.tan(math.radians(shot.view_angle) / 2.0) / shot.zoom
+    angle = shot.view_angle if shot.zoom == 1.0 else math.degrees(2.0 * math.atan(slope))
+    if shot.is_orthographic:
+        return Camera.orthographic(target + offset, target, upward, height=2.0 * distance * slope)
+    return Camera.look_at(target + offset, target, upward, angle)
 
 
 def _fit(scene: Scene, shot: Shot, size: tuple[int, int], sky: Float64Array, margin: float) -> Camera:
@@ -222,7 +222,7 @@ def _turn(offset: Float64Array, upward: Float64Array, shot: Shot) -> tuple[Float
         return offset, upward
     for name, degrees in (("azimuth", shot.azimuth), ("elevation", shot.elevation)):
         if not math.isfinite(degrees):
-            raise InputError(f"{name} = {degrees}: expected degrees")
+            raise InputError(f"--camera-{name}-angle = {degrees}: expected degrees")
     offset = _rotate(offset, unit(upward), shot.azimuth)
     right = cross(upward, offset)
     if not right.any():
