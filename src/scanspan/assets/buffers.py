@@ -83,9 +83,7 @@ def collapse_bad(
     return np.where(good[:, None], vertices, 1.0), np.where(bad[:, None], 0, corners).astype(np.int32)
 
 
-def check_clip(
-    clip: ArrayLike, triangles: ArrayLike, nonfinite: str
-) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def check_clip(clip: ArrayLike, triangles: ArrayLike, nonfinite: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Return clip coordinates as (V, 4) float64 and triangles as (T, 3) int32, ready for the kernels."""
     vertices: NDArray[np.float64] = as_floats(clip, 4, "clip")
     return collapse_bad(vertices, check_triangles(triangles, len(vertices)), nonfinite)
@@ -113,7 +111,9 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
     if wrong.any():
         n = int(np.argmax(wrong))
         k = int(np.argmax(~(np.abs(triangles[n]) <= MAX_SCREEN).all(axis=1)))
-        raise InputError(f"vertices[{n}, {k}] = {tuple(triangles[n, k].tolist())}: expected finite numbers within {MAX_SCREEN:.0f} pixels")
+        raise InputError(
+            f"vertices[{n}, {k}] = {tuple(triangles[n, k].tolist())}: expected finite numbers within {MAX_SCREEN:.0f} pixels"
+        )
     return np.where(good[:, None, None], triangles, 0.0)
 
 

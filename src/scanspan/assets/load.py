@@ -13,7 +13,7 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from scanspan.assets.files import ArchiveFolder, DiskFolder, Limits, ModelFile, open_zip, read_regular
+from scanspan.assets.formats.files import ArchiveFolder, DiskFolder, Limits, ModelFile, open_zip, read_regular
 from scanspan.assets.material import MAX_TEXTURE_PIXELS
 from scanspan.assets.mesh import NONFINITE
 from scanspan.assets.scene import Instance, Scene
@@ -30,7 +30,7 @@ READERS: dict[str, tuple[str, str, str]] = {
     "glb": ("read_gltf", "read_gltf", "+Y"),
     "3mf": ("read_3mf", "read_3mf", "+Z"),
 }
-"""Extension to the reader's module beside this one, its function, and the direction that is up."""
+"""Extension to the reader's module in formats/, its function, and the direction that is up."""
 
 MAX_BYTES = 2**31
 MAX_TRIANGLES = 100_000_000
@@ -171,7 +171,7 @@ def _reason(error: OSError) -> str:
 def _to_scene(kind: str, file: ModelFile) -> Scene:
     """Run the reader; turn whatever it raises into one of our errors, and refuse a model that draws nothing."""
     module, function, up = READERS[kind]
-    reader: Reader = getattr(import_module(f"scanspan.assets.{module}"), function)
+    reader: Reader = getattr(import_module(f"scanspan.assets.formats.{module}"), function)
     try:
         instances = reader(file)
         scene = Scene(instances, up=up, name=os.path.basename(file.path), notes=file.notes)

@@ -180,7 +180,7 @@ class Mesh:
         """
         if not hasattr(mesh, "vertices") or not hasattr(mesh, "faces"):
             raise InputError(f"mesh: expected an object with vertices and faces, got {type(mesh).__name__}")
-        from scanspan.assets.foreign import trimesh_values
+        from scanspan.assets.formats.foreign import trimesh_values
 
         attributes, corners = trimesh_values(mesh)
         return cls(mesh.vertices, mesh.faces, attributes=attributes, corners=corners, nonfinite=nonfinite)

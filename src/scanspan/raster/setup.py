@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.geometry.fixed_point import HALF_BITS, halves_float, halves_sign, product_halves
+from scanspan.geometry.fixed_point import halves_float, halves_sign, product_halves
 from scanspan.jit import helper_kernel
 from scanspan.raster.edge import HIGH_LIMIT_BITS, edge_bias, edge_start
 from scanspan.records import TriangleSetup

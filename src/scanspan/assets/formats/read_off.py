@@ -11,7 +11,7 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Instance
 

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.files import ModelFile
-from scanspan.assets.gltf_check import Checker, Tree
+from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.formats.gltf_check import Checker, Tree
+from scanspan.assets.formats.pictures import picture_to_texture
 from scanspan.assets.material import Material, Texture, linear_to_srgb
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.pictures import picture_to_texture
 from scanspan.assets.scene import Instance
 
 if TYPE_CHECKING:

@@ -16,10 +16,10 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.formats.obj_corners import Corners, read_corners
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.obj_corners import Corners, read_corners
 from scanspan.assets.scene import Instance
 
 FloatArray = NDArray[np.float64]
@@ -241,7 +241,7 @@ def _materials(libraries: list[str], file: ModelFile) -> dict[str, Material]:
         content = file.beside(text, "material library")
         if content is None:
             continue
-        from scanspan.assets.read_mtl import read_mtl
+        from scanspan.assets.formats.read_mtl import read_mtl
 
         for name, material in read_mtl(content, file, text).items():
             found.setdefault(name, material)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.assets.files import ModelFile, open_zip
+from scanspan.assets.formats.files import ModelFile, open_zip
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Instance

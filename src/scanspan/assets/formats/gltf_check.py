@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
 
 Tree = dict[str, Any]
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scanspan.assets.files import ModelFile
-from scanspan.assets.ply_header import Element, Header
+from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.formats.ply_header import Element, Header
 
 
 @dataclass

@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Instance
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.material import Texture
 
 if TYPE_CHECKING:

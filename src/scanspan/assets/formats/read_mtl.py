@@ -10,9 +10,9 @@ from __future__ import annotations
 import base64
 from typing import Any
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.formats.pictures import decode_texture
 from scanspan.assets.material import Material, Texture
-from scanspan.assets.pictures import decode_texture
 
 STAND_IN = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==")
 """A PNG of one pixel."""

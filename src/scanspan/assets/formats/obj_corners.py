@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
 
 IntArray = NDArray[np.int64]
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.files import ModelFile
+from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.formats.pictures import decode_texture
+from scanspan.assets.formats.ply_body import Table, read_body
+from scanspan.assets.formats.ply_header import read_header
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.pictures import decode_texture
-from scanspan.assets.ply_body import Table, read_body
-from scanspan.assets.ply_header import read_header
 from scanspan.assets.scene import Geometry, Instance
 from scanspan.assets.shapes import Points, Segments
 
