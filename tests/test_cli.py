@@ -21,7 +21,6 @@ from PIL import Image
 import scanspan as ss
 from scanspan.cli import main
 from scanspan.view.reporter import to_line
-from scanspan.view.shot import Shot, make_camera
 
 TETRAHEDRON = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 SMALL = ("--size", "64x48")
@@ -87,8 +86,8 @@ def test_the_ending_chooses_the_format(run: Run, name: str, begin: bytes) -> Non
         "--camera-direction front", "--camera-direction 0,0,-1", "--camera-position 1,1,9", "--camera-azimuth-angle 30",
         "--camera-elevation-angle 20", "--camera-orthographic", "--camera-zoom-factor 2", "--camera-view-angle 60",
         "--camera-view-up 1,0,0", "--camera-focal-point 2,0,0", "--up z", "--no-background", "--background-color tomato",
-        "--background-color 255,0,0", "--edges", "--color red", "--color 0.2,0.4,1.0", "--shading flat --color navy", "--samples 1",
-        "--cull front",
+        "--background-color 255,0,0", "--edges", "--color red", "--color 0.2,0.4,1.0", "--shading flat --color navy",
+        "--samples 1", "--cull front",
     ],
 )  # fmt: skip
 def test_every_option_changes_the_picture(run: Run, words: str) -> None:
@@ -109,30 +108,6 @@ def test_one_colour_replaces_those_of_vertices_and_keeps_faces(run: Run) -> None
     for name in ("model", "colored"):
         assert run("render", f"{name}.obj", *SMALL, "-o", f"{name}.npy", "--color", "#2050a0")[0] == 0
     np.testing.assert_array_equal(np.load("colored.npy"), np.load("model.npy"))
-
-
-def test_a_direction_is_the_one_in_which_the_camera_looks() -> None:
-    scene = ss.Scene(ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 1)], [(0, 1, 2)]))
-    size = (64, 48)
-    for shot, forward in (
-        (Shot("front"), (0, 0, -1)),
-        (Shot("front", azimuth=90.0), (-1, 0, 0)),
-        (Shot("front", elevation=90.0), (0, -1, 0)),
-        (Shot("front", focal_point=np.array([5.0, 5.0, 5.0])), (0, 0, -1)),
-        (Shot(position=np.array([3.0, 1.0, 1.0]), focal_point=np.ones(3)), (-1, 0, 0)),
-        (Shot(position=np.array([3.0, 1.0, 1.0]), focal_point=np.ones(3), azimuth=90.0), (0, 0, 1)),
-    ):
-        camera = make_camera(scene, shot, size)
-        np.testing.assert_allclose(-camera.view[2, :3], forward, atol=1e-12)
-    above = make_camera(scene, Shot(position=np.array([0.0, 9.0, 0.0]), focal_point=np.zeros(3)), size)
-    np.testing.assert_allclose(above.eye, (0, 9, 0), atol=1e-12)
-
-
-def test_what_the_eye_looks_at_is_in_the_middle_of_the_picture() -> None:
-    scene = ss.Scene(ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 1)], [(0, 1, 2)]))
-    for orthographic in (False, True):
-        shot = Shot(focal_point=np.array([1.0, 0.0, 0.0]), zoom=3.0, is_orthographic=orthographic)
-        np.testing.assert_allclose(make_camera(scene, shot, (64, 48)).project([(1, 0, 0)], (64, 48)), [(32, 24)], atol=1e-9)
 
 
 # Arrays, sheets and numbers
@@ -249,11 +224,13 @@ def test_version_and_help(run: Run) -> None:
 
 
 def test_help_names_every_option_and_leaves_numba_alone() -> None:
-    code = "import sys; from scanspan.cli import main; main(['render', '--help']); print('numba' in sys.modules, 'numpy' in sys.modules)"
-    shown = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "160"}
+    heavy = "{'numba', 'numpy', 'PIL', 'trimesh'}"
+    code = (
+        f"import sys; from scanspan.cli import main; main(['render', '--help']); print('heavy:', *{heavy} & set(sys.modules))"
     )
-    assert shown.stdout.endswith("False False\n")
+    environment = {**os.environ, "COLUMNS": "160"}
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment)
+    assert shown.stdout.splitlines()[-1] == "heavy:"
     for option in ("--output", "--views", "--aov", "--json", "--camera-azimuth-angle", "--max-pixels", "--crease-angle"):
         assert option in shown.stdout
 
@@ -271,7 +248,7 @@ BAD = {
     "render short.stl": "short.stl: byte 80: expected 50084 bytes for 1000 triangles, the file has 200",
     "render model.obj --size 0": "--size: size = (0, 0): expected (width, height), two whole numbers above 0",
     "render model.obj --resolution -4,4": "--resolution: size = (-4, 4): expected (width, height), two whole numbers above 0",
-    "render model.obj --size 1000000": "--size: size = (1000000, 1000000): the limit is 262144 for a side and 2147483648 for all pixels",
+    "render model.obj --size 1000000": "--size: size = (1000000, 1000000): the limit is 262144 for a side",
     "render model.obj --size 40000": "size = (40000, 40000): 1600000000 pixels, the limit is --max-pixels=268435456",
     "render model.obj --size 4x": "--size = '4x': expected WxH, such as 1920x1080, or one number",
     "render model.obj --resolution 4": "--resolution = '4': expected W,H, such as 1920,1080",
@@ -289,11 +266,11 @@ BAD = {
     "render model.obj --nonfinite keep": "unknown value of nonfinite 'keep'; the valid ones are: error, drop",
     "render model.obj --file-type xyz": "unknown file type 'xyz'; the valid ones are: ",
     "render model.obj --up Q": "--up: unknown axis 'Q'; the valid ones are: +X, -X, +Y, -Y, +Z, -Z",
-    "render model.obj --camera-direction frnt": "--camera-direction: unknown direction 'frnt'; did you mean 'front'? The valid ones are: ",
+    "render model.obj --camera-direction frnt": "--camera-direction: unknown direction 'frnt'; did you mean 'front'? ",
     "render model.obj --camera-direction 0,0,0": "--camera-direction = '0,0,0': expected a direction, not 0,0,0",
     "render model.obj --camera-position 1,2": "--camera-position = '1,2': expected three numbers x,y,z",
     "render model.obj --camera-position 1,2,inf": "--camera-position = '1,2,inf': expected three numbers x,y,z",
-    "render model.obj --camera-position 1,.5,.5": "--camera-position = 1,0.5,0.5: the eye lies in the focal point, which it looks at",
+    "render model.obj --camera-position 1,.5,.5": "--camera-position = 1,0.5,0.5: the eye lies in the focal point",
     "render model.obj --camera-view-up 0,0,0": "--camera-view-up = '0,0,0': expected a direction, not 0,0,0",
     "render model.obj --camera-view-angle 180": "--camera-view-angle = 180.0: expected degrees between 0 and 180",
     "render model.obj --camera-view-angle nan": "--camera-view-angle = nan: expected degrees between 0 and 180",
@@ -311,7 +288,7 @@ BAD = {
     "render model.obj -o a.png --json a.png": "--json = 'a.png': is the --output too",
     "render model.obj --aov depht -o a.npz": "--aov: unknown field 'depht'; did you mean 'depth'? The valid ones are: color",
     "render model.obj --aov depth -o a.png": "--aov writes arrays: expected an --output that ends in .npz, got 'a.png'",
-    "render model.obj --views iso -o a.npz": "--views makes one picture: expected an --output that is none of arrays, got 'a.npz'",
+    "render model.obj --views iso -o a.npz": "--views makes one picture: expected an --output that is none of arrays",
     "render model.obj --views iso,frnt": "--views: unknown direction 'frnt'; did you mean 'front'? The valid ones are: iso",
     "render model.obj --views iso --camera-position 1,1,1": "--views chooses where the eye stands: leave out ",
     "render model.obj --views iso,top --size 1": "size = (1, 1): too small for 2 views",

@@ -1,4 +1,4 @@
-"""The contact sheet: where views stand, that they share one scale, and that labels are there and in the way of nothing."""
+"""How a scene is seen: the camera of a shot; the contact sheet, its scale, and labels that are in the way of nothing."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 import scanspan as ss
 from scanspan.assets.lens import Orthographic
 from scanspan.view.sheet import Layout, compose, match_scales, plan, write_label
+from scanspan.view.shot import Shot, make_camera
 
 BOX = ss.Scene(ss.Mesh([(0, 0, 0), (4, 0, 0), (4, 2, 0), (0, 2, 1)], [(0, 1, 2), (0, 2, 3)]))
 NAMES = ["iso", "front", "back", "left", "right", "top", "bottom"]
@@ -30,7 +31,7 @@ def test_views_stand_inside_the_sheet_and_apart(size: tuple[int, int], count: in
 
 
 def test_the_grid_suits_the_sheet() -> None:
-    assert plan(["iso"], (640, 480)) == Layout((640, 480), (640, 480), ((0, 0),), 18, 2 * 18 / 480)
+    assert plan(["iso"], (640, 480)) == Layout((640, 480), (640, 480), ((0, 0),), 18, 1.75 * 18 / 480)
     four = plan(NAMES[:4], (1280, 960))
     assert four.cell == (638, 478)
     assert four.corners == ((0, 0), (642, 0), (0, 482), (642, 482))
@@ -119,3 +120,27 @@ def test_a_picture_of_another_size_is_refused() -> None:
     layout = plan(["iso"], (400, 150))
     with pytest.raises(ss.InputError, match=r"^the picture of 'iso' has shape \(5, 5, 4\): expected \(150, 400, 4\)$"):
         compose([np.zeros((5, 5, 4), np.uint8)], ["iso"], layout)
+
+
+def test_a_direction_is_the_one_in_which_the_camera_looks() -> None:
+    scene = ss.Scene(ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 1)], [(0, 1, 2)]))
+    size = (64, 48)
+    for shot, forward in (
+        (Shot("front"), (0, 0, -1)),
+        (Shot("front", azimuth=90.0), (-1, 0, 0)),
+        (Shot("front", elevation=90.0), (0, -1, 0)),
+        (Shot("front", focal_point=np.array([5.0, 5.0, 5.0])), (0, 0, -1)),
+        (Shot(position=np.array([3.0, 1.0, 1.0]), focal_point=np.ones(3)), (-1, 0, 0)),
+        (Shot(position=np.array([3.0, 1.0, 1.0]), focal_point=np.ones(3), azimuth=90.0), (0, 0, 1)),
+    ):
+        camera = make_camera(scene, shot, size)
+        np.testing.assert_allclose(-camera.view[2, :3], forward, atol=1e-12)
+    above = make_camera(scene, Shot(position=np.array([0.0, 9.0, 0.0]), focal_point=np.zeros(3)), size)
+    np.testing.assert_allclose(above.eye, (0, 9, 0), atol=1e-12)
+
+
+def test_what_the_eye_looks_at_is_in_the_middle_of_the_picture() -> None:
+    scene = ss.Scene(ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 1)], [(0, 1, 2)]))
+    for orthographic in (False, True):
+        shot = Shot(focal_point=np.array([1.0, 0.0, 0.0]), zoom=3.0, is_orthographic=orthographic)
+        np.testing.assert_allclose(make_camera(scene, shot, (64, 48)).project([(1, 0, 0)], (64, 48)), [(32, 24)], atol=1e-9)

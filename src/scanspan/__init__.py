@@ -1,7 +1,7 @@
 """scanspan: a rasterizer for Python. NumPy in, pixels out.
 
-The stages, in the order of the folders: assets (what comes in), geometry (where it is), raster (which samples), shade (what colour),
-target (where it lands). `pipeline` is the table of contents.
+The stages, in the order of the folders: assets (what comes in), geometry (where it is), raster (which samples), shade (what
+colour), target (where it lands). `pipeline` is the table of contents.
 
 Names are looked up on first use, so that `import scanspan` costs nothing; numba is imported when a kernel is first needed.
 """

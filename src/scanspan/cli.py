@@ -172,7 +172,7 @@ def choose_output(model: str, output: str | None, aov: str | None, views: list[s
     from scanspan.target.image import image_format
     from scanspan.view.shot import naming
 
-    target = output if output is not None else Path(model).stem + (".png" if aov is None else ".npz")
+    target = output if output is not None else (Path(model).stem or "picture") + (".png" if aov is None else ".npz")
     with naming("--output"):
         ending = "png" if target == "-" else image_format(target)
     if aov is not None and ending != "npz":
@@ -371,7 +371,7 @@ def run_all_kernels(reporter: Reporter) -> None:
             frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
         clip = np.concatenate([corners, np.full((8, 1), 1.5)], axis=1)
         for depth_bits in (32, 64):
-            seen = ss.rasterize(clip, [(0, 1, 3), (4, 6, 7)], (8, 8), algorithm=algorithm, depth_bits=depth_bits)
+            seen = ss.rasterize(clip, box.triangles, (8, 8), algorithm=algorithm, depth_bits=depth_bits)
             ss.interpolate(seen, corners)
             ss.merge(seen, seen)
         ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm)
@@ -396,8 +396,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code if isinstance(code, int) else 0
     except (KeyboardInterrupt, typer.Abort):
         return _end("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        # The reader has had enough. Give the interpreter a place to flush to when it ends.
+    except (BrokenPipeError, SystemExit):
+        # The reader has had enough, which typer makes an exit. Give the interpreter a place to flush to when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
     except typer.TyperException as error:

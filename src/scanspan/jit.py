@@ -1,8 +1,8 @@
 """The one file that touches numba: how kernels are declared, where their machine code is cached, and who hears of compiling.
 
-A kernel is a plain function of arrays and numbers. It never raises and never checks, so that it could be compiled ahead of time.
-`kernel` compiles it on its first call and caches the machine code on disk; `inline_kernel` pastes it into the kernel that calls it,
-which is how a traversal takes its writer as an argument at no cost (docs/decisions/0001-the-seam.md).
+A kernel is a plain function of arrays and numbers. It never raises and never checks, so that it could be compiled ahead of
+time. `kernel` compiles it on its first call and caches the machine code on disk; `inline_kernel` pastes it into the kernel that
+calls it, which is how a traversal takes its writer as an argument at no cost (docs/decisions/0001-the-seam.md).
 
 No fastmath and no contraction: the same bits on every processor.
 """
@@ -16,9 +16,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-from numba.core import config, event
+import numba.core.config
+from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+config: Any = numba.core.config  # its settings are made while it is imported, so no type checker knows them
 
 
 def _is_writable(folder: Path) -> bool:

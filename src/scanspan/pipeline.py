@@ -25,14 +25,16 @@ from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
 from scanspan.raster.options import OffscreenPoint, check_number, check_subpixel_bits, check_threads, make_sampling
+from scanspan.records import DrawList, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
-from scanspan.shade.shading import ROWS, Look, gather_surfaces, shade_rows
+from scanspan.shade.shading import ROWS, Look, Surfaces, gather_surfaces, shade_rows
 from scanspan.shade.surface import check_shading
 from scanspan.target.frame import Frame
 from scanspan.target.resolve import background as make_background
 from scanspan.target.resolve import resolve
 from scanspan.target.visibility import (
+    Plane,
     RasterOptions,
     Visibility,
     count_triangles,
@@ -80,8 +82,8 @@ def render(
     Parameters
     ----------
     scene : a Scene, or one Mesh, Segments, Points or Instance.
-    camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the scene
-        fills the picture; None is "iso".
+    camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the
+        scene fills the picture; None is "iso".
     size : (width, height) in pixels.
     algorithm, order : names; see `scanspan.ALGORITHMS`. All paint the same picture.
     samples : samples a pixel for the colour: 1, 2, 4, 8 or 16.
@@ -121,47 +123,63 @@ def render(
     options = RasterOptions(check_pixels(size, max_pixels), algorithm, "top-left", cull, bits, 32, check_threads(threads))
     make_sampling(options.size, centre_offset, rule=options.rule, cull=cull, subpixel_bits=bits)
     behind = make_background(background, options.size, blend)
-    look = Look(
-        shading, check_number("crease_angle", crease_angle, 0, 180), bool(two_sided), bool(textures), bool(edges),
-        check_number("line_width", line_width, 0, 1000), linear_color(edge_color),
-    )  # fmt: skip
+    angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
+    look = Look(shading, angle, bool(two_sided), bool(textures), bool(edges), width, linear_color(edge_color))
 
     # Assets: what is there, and from where it is seen.
-    if not isinstance(scene, (Scene, Instance, Mesh, Segments, Points)):
-        raise InputError(
-            f"scene = {quote(scene)}: expected a Scene, Mesh, Segments, Points or Instance; use load() to read a file"
-        )
-    scene = scene if isinstance(scene, Scene) else Scene(scene)
-    width, height = options.size
-    if camera is not None and not isinstance(camera, (Camera, str)):
-        raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
-    if not isinstance(camera, Camera):
-        camera = Camera.frame(scene, "iso" if camera is None else camera, up=up, aspect=width / height, fit="points")
+    scene = as_scene(scene)
+    sky = parse_up(scene.up if up is None else up)
+    camera = as_camera(camera, scene, up, options.size)
 
     # Geometry: triangles on the screen.
     draw = assemble(scene, camera, options.size)
     screen = to_screen(draw.clip, draw.triangles, options.size, bits, camera.has_far)
 
-    # Raster, shade, target: find what each sample sees, shade it, and add the samples up.
-    surfaces = gather_surfaces(scene, draw, camera, options.size, parse_up(up or scene.up), look)
-    sums = np.zeros((height, width, 4), np.float32)
+    # Raster and shade: find what each sample sees, and add up its light.
+    surfaces = gather_surfaces(scene, draw, camera, options.size, sky, look)
+    sums = np.zeros((options.size[1], options.size[0], 4), np.float32)
     for offset in offsets:
-        slots = find_visible(screen, offset, options).slot
+        add_samples(scene, draw, screen, surfaces, find_visible(screen, offset, options), options, blend, sums)
 
-        def shade_band(y_start: int, y_end: int, stop: Event) -> None:
-            """Shade the rows of one band."""
-            for y in range(y_start, y_end, ROWS):
-                part = slots[y : min(y + ROWS, y_end)]
-                if not stop.is_set() and part.max() >= 0:
-                    shade_rows(scene, draw, screen, surfaces, part, offset, bits, y, sums[y : y + len(part)], blend)
-
-        run_bands(shade_band, height, options.threads)
+    # Target: average the samples. Every other field of the frame comes from one sample at the centre.
     color = resolve(sums, len(offsets), behind, blend)
-
-    # Every other field of the frame comes from one sample at the centre.
     centre = find_visible(screen, centre_offset, options)
     counters = count_triangles(draw.triangles, screen)
     return Frame(color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters)
+
+
+def as_scene(scene: Any) -> Scene:
+    """Return what was given to `render` as a Scene."""
+    if not isinstance(scene, (Scene, Instance, Mesh, Segments, Points)):
+        expected = "expected a Scene, Mesh, Segments, Points or Instance; use load() to read a file"
+        raise InputError(f"scene = {quote(scene)}: {expected}")
+    return scene if isinstance(scene, Scene) else Scene(scene)
+
+
+def as_camera(camera: Any, scene: Scene, up: str | None, size: tuple[int, int]) -> Camera:
+    """Return what was given to `render` as a Camera; a direction, or nothing, fits the scene into the picture."""
+    if isinstance(camera, Camera):
+        return camera
+    if camera is not None and not isinstance(camera, str):
+        raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
+    return Camera.frame(scene, "iso" if camera is None else camera, up=up, aspect=size[0] / size[1], fit="points")
+
+
+def add_samples(
+    scene: Scene, draw: DrawList, screen: ScreenTriangles, surfaces: Surfaces, plane: Plane, options: RasterOptions, blend: str,
+    sums: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Shade what is seen at one sample of every pixel and add it to the (H, W, 4) sums, a few rows at a time in threads."""
+
+    def shade_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Shade the rows of one band."""
+        for y in range(y_start, y_end, ROWS):
+            slots = plane.slot[y : min(y + ROWS, y_end)]
+            if not stop.is_set() and slots.max() >= 0:
+                rows = sums[y : y + len(slots)]
+                shade_rows(scene, draw, screen, surfaces, slots, plane.offset, options.subpixel_bits, y, rows, blend)
+
+    run_bands(shade_band, options.size[1], options.threads)
 
 
 def rasterize(
@@ -239,7 +257,8 @@ def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:
 
     Returns
     -------
-    (H, W, k) or (H, W), after (H, W, S) for S samples; floats keep their type, integers become float64; 0 where nothing is seen.
+    (H, W, k) or (H, W), for S samples (H, W, S, k) or (H, W, S). Floats keep their type, integers become float64; 0 where
+    nothing is seen.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The data dictionary: every record that flows along an arrow of the pipeline, with shapes, types and units.
 
-All are named tuples of arrays or of numbers, because that is what kernels take; none has methods. Sub-pixels are 1/2^s of a pixel
-with s = ``subpixel_bits``. Ranges are half-open.
+All are named tuples of arrays or of numbers, because that is what kernels take; none has methods. Sub-pixels are 1/2^s of a
+pixel with s = ``subpixel_bits``. Ranges are half-open.
 """
 
 from __future__ import annotations
@@ -12,11 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
+BoolArray = npt.NDArray[np.bool_]
 Float32Array = npt.NDArray[np.float32]
 Float64Array = npt.NDArray[np.float64]
 Int32Array = npt.NDArray[np.int32]
 Int64Array = npt.NDArray[np.int64]
 UInt8Array = npt.NDArray[np.uint8]
+
+# A whole number in a kernel: 64 bits once compiled, either of these when the kernel runs as plain Python.
+Integer = int | np.int64
 
 
 class DrawList(NamedTuple):
@@ -32,16 +36,14 @@ class DrawList(NamedTuple):
     instance: Int32Array  # (T,) number of the instance
     element: Int32Array  # (T,) within its geometry: the triangle of a mesh, the segment, or the point
     inner: UInt8Array  # (T,) bit i set: the edge opposite corner i is no edge of the face
-    mirrored: npt.NDArray[
-        np.bool_
-    ]  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
+    mirrored: BoolArray  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
 
 
 class ScreenTriangles(NamedTuple):
     """What geometry hands to raster and to shade: N triangles in front of the eye, as corners in a list of V projected vertices.
 
-    A triangle that the near plane cut comes as several pieces; they follow each other, so `source` never decreases and the lower
-    piece is always the lower primitive.
+    A triangle that the near plane cut comes as several pieces; they follow each other, so `source` never decreases and the
+    lower piece is always the lower primitive.
     """
 
     xy: Int64Array  # (V, 2) sub-pixels, x right and y down from the image's top-left corner
@@ -74,30 +76,30 @@ class Sampling(NamedTuple):
 class TriangleSetup(NamedTuple):
     """One triangle ready to be scan-converted: three edge functions and the depth, all affine in integer pixel steps.
 
-    At the sample of pixel (x, y), with i = x - x_start and j = y - y_start, edge k is f_k + a_k i + b_k j: the exact edge value with
-    the rule's bias folded in, divided by 2^s and floored, so it is negative exactly where the edge excludes the sample. Depth is
-    depth + (g1 + g1_x i + g1_y j) slope1 + (g2 + g2_x i + g2_y j) slope2, the integers exact.
+    At the sample of pixel (x, y), with i = x - x_start and j = y - y_start, edge k is f_k + a_k i + b_k j: the exact edge value
+    with the rule's bias folded in, divided by 2^s and floored, so it is negative exactly where the edge excludes the sample.
+    Depth is depth + (g1 + g1_x i + g1_y j) slope1 + (g2 + g2_x i + g2_y j) slope2, the integers exact.
     """
 
-    x_start: int  # the pixels whose samples lie in the bounding box, within the rectangle
-    x_end: int
-    y_start: int
-    y_end: int  # equal to y_start where there is nothing to draw
-    f0: int
-    f1: int
-    f2: int
-    a0: int
-    a1: int
-    a2: int
-    b0: int
-    b1: int
-    b2: int
-    g1: int
-    g1_x: int
-    g1_y: int
-    g2: int
-    g2_x: int
-    g2_y: int
+    x_start: Integer  # the pixels whose samples lie in the bounding box, within the rectangle
+    x_end: Integer
+    y_start: Integer
+    y_end: Integer  # equal to y_start where there is nothing to draw
+    f0: Integer
+    f1: Integer
+    f2: Integer
+    a0: Integer
+    a1: Integer
+    a2: Integer
+    b0: Integer
+    b1: Integer
+    b2: Integer
+    g1: Integer
+    g1_x: Integer
+    g1_y: Integer
+    g2: Integer
+    g2_x: Integer
+    g2_y: Integer
     depth: float
     slope1: float
     slope2: float

@@ -1,8 +1,8 @@
 """Sample positions: where inside a pixel coverage is decided.
 
-One sample lies at the centre; 2, 4, 8 and 16 lie at the standard positions of Direct3D and Vulkan, of which 4, 8 and 16 have one
-sample in every row and column of their grid. They are given in sixteenths of a pixel from its top-left corner, so with at least four
-sub-pixel bits each is a whole number of sub-pixels.
+One sample lies at the centre; 2, 4, 8 and 16 lie at the standard positions of Direct3D and Vulkan, of which 4, 8 and 16 have
+one sample in every row and column of their grid. They are given in sixteenths of a pixel from its top-left corner, so with at
+least four sub-pixel bits each is a whole number of sub-pixels.
 
 Source: Vulkan specification, standard sample locations.
 """

@@ -1,7 +1,7 @@
 """Bare arrays as input: clip coordinates, index buffers, screen triangles and per-vertex values, checked once.
 
-What passes is what the kernels need: float64 and int32, C-contiguous, finite, indices in range. With `nonfinite="drop"` a triangle
-that uses a bad vertex collapses to one point, so that the others keep their numbers.
+What passes is what the kernels need: float64 and int32, C-contiguous, finite, indices in range. With `nonfinite="drop"` a
+triangle that uses a bad vertex collapses to one point, so that the others keep their numbers.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from scanspan.assets.arrays import as_array, as_floats, as_integers, check_range
 from scanspan.assets.mesh import NONFINITE
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.jit import kernel
+from scanspan.records import BoolArray
 
 MAX_TRIANGLES = (1 << 31) - 1  # triangles are numbered in 32 bits on the way
 MAX_CLIP = 1e150  # clip coordinates; products of two of them must be finite
@@ -72,8 +73,8 @@ def collapse_bad(
 
     # Quote the first bad vertex that is used, or collapse the triangles that use one.
     with np.errstate(invalid="ignore"):
-        good = (np.abs(vertices) <= MAX_CLIP).all(axis=1)
-    bad = ~good[corners].all(axis=1)
+        good: BoolArray = np.all(np.abs(vertices) <= MAX_CLIP, axis=1)
+    bad: BoolArray = ~np.all(good[corners], axis=1)
     if bad.any() and nonfinite == "error":
         n = int(np.argmax(bad))
         vertex = next(int(v) for v in corners[n] if not good[v])
@@ -105,8 +106,8 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
 
     # Quote the first bad corner; a coordinate that is finite but far away is an error even when others are dropped.
     with np.errstate(invalid="ignore"):
-        good = (np.abs(triangles) <= MAX_SCREEN).all(axis=(1, 2))
-    finite = np.isfinite(triangles).all(axis=(1, 2))
+        good: BoolArray = np.all(np.abs(triangles) <= MAX_SCREEN, axis=(1, 2))
+    finite: BoolArray = np.all(np.isfinite(triangles), axis=(1, 2))
     wrong = ~good if nonfinite == "error" else ~good & finite
     if wrong.any():
         n = int(np.argmax(wrong))

@@ -1,8 +1,8 @@
 """Assembly: a scene becomes one list of triangles in clip coordinates.
 
-Instances follow each other in scene order, so the number of a triangle in the list orders like the number of its primitive. Segments
-and points become quadrangles that face the camera: a point the square of its size round its position, as in Direct3D, a segment the
-rectangle of its width round the line. So depth, numbers and merging hold for them without a word more.
+Instances follow each other in scene order, so the number of a triangle in the list orders like the number of its primitive.
+Segments and points become quadrangles that face the camera: a point the square of its size round its position, as in Direct3D,
+a segment the rectangle of its width round the line. So depth, numbers and merging hold for them without a word more.
 """
 
 from __future__ import annotations
@@ -83,7 +83,10 @@ def stack(arrays: list[Array], empty: tuple[int, ...], dtype: type) -> Array:
 def is_mirrored(transform: Float64Array) -> bool:
     """Say whether a transform turns left hands into right ones: its determinant is negative."""
     a, b, c = transform[:3, :3].tolist()
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]) < 0
+    determinant: float = (
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    )
+    return determinant < 0
 
 
 def swap_corners(part: Part) -> Part:
@@ -121,7 +124,7 @@ def segment_quads(clip: Float64Array, world: Float64Array, geometry: Segments, s
     with np.errstate(divide="ignore", invalid="ignore"):
         across = (b[:, :2] / b[:, 3:] - a[:, :2] / a[:, 3:]) * (size[0] / 2, size[1] / 2)
         across /= np.sqrt(across[:, :1] ** 2 + across[:, 1:] ** 2)
-    across = np.where(np.isfinite(across).all(axis=1)[:, None], across, 0.0)
+    across = np.where(np.all(np.isfinite(across), axis=1)[:, None], across, 0.0)
     return quads(a, b, a_world, b_world, across, geometry.width, size, caps=False)
 
 

@@ -1,11 +1,11 @@
 """Clipping in homogeneous space: what lies behind the near plane is cut off before the division by w.
 
-Keeps z >= -w and w > 0; z <= w only for a camera with a far plane. There is no clipping at the borders of the image, since the bounds
-of a triangle do that; only what projects beyond 2^24 px is cut back to it, so that fixed point can hold it.
+Keeps z >= -w and w > 0; z <= w only for a camera with a far plane. There is no clipping at the borders of the image, since the
+bounds of a triangle do that; only what projects beyond 2^24 px is cut back to it, so that fixed point can hold it.
 
-A cut triangle becomes a fan of pieces. Each keeps weights, the share of the source's corners in its own, so that any attribute can be
-interpolated later without having been clipped. A cut point is computed from the end that is inside towards the end that is outside:
-two triangles that share the edge get the identical point, and no crack opens.
+A cut triangle becomes a fan of pieces. Each keeps weights, the share of the source's corners in its own, so that any attribute
+can be interpolated later without having been clipped. A cut point is computed from the end that is inside towards the end that
+is outside: two triangles that share the edge get the identical point, and no crack opens.
 
 Source: Sutherland and Hodgman 1974, in homogeneous coordinates after Blinn and Newell 1978.
 """
@@ -17,7 +17,7 @@ import numpy as np
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.geometry.project import plane_distance, project
 from scanspan.jit import kernel
-from scanspan.records import Float64Array, Int32Array, ScreenTriangles
+from scanspan.records import Float64Array, Int32Array, ScreenTriangles, UInt8Array
 
 MIN_W = 2.0**-100  # where w reaches 0; anything positive that 1 / w can take
 MAX_CORNERS = 10  # of a triangle after seven planes
@@ -43,7 +43,7 @@ def clip_planes(size: tuple[int, int], far: bool) -> Float64Array:
 
 
 @kernel
-def count_pieces(triangles, outcodes):
+def count_pieces(triangles: Int32Array, outcodes: UInt8Array) -> tuple[int, int]:
     """Return how many triangles are whole and how many are cut; the others lie outside of one plane altogether."""
     whole = cut = 0
     for n in range(triangles.shape[0]):
@@ -56,11 +56,13 @@ def count_pieces(triangles, outcodes):
 
 
 @kernel
-def cut_polygon(polygon, made, count, planes, k, out, out_made):
+def cut_polygon(
+    polygon: Float64Array, made: UInt8Array, count: int, planes: Float64Array, k: int, out: Float64Array, out_made: UInt8Array
+) -> int:
     """Cut a convex polygon by plane k and return its new number of corners.
 
-    Shapes  polygon, out: (MAX_CORNERS, 7): clip coordinates and the three weights; made, out_made: (MAX_CORNERS,) uint8, 1 where the
-            edge that starts at a corner was made by clipping.
+    Shapes  polygon, out: (MAX_CORNERS, 7): clip coordinates and the three weights; made, out_made: (MAX_CORNERS,) uint8, 1
+            where the edge that starts at a corner was made by clipping.
     Source  Sutherland and Hodgman 1974.
     """
     kept = 0
@@ -89,7 +91,10 @@ def cut_polygon(polygon, made, count, planes, k, out, out_made):
 
 
 @kernel
-def clip_kernel(clip, triangles, outcodes, planes, vertices, corners, source, piece, weights, inner):
+def clip_kernel(
+    clip: Float64Array, triangles: Int32Array, outcodes: UInt8Array, planes: Float64Array, vertices: Float64Array,
+    corners: Int32Array, source: Int32Array, piece: Int32Array, weights: Float64Array, inner: UInt8Array,
+) -> tuple[int, int, int]:  # fmt: skip
     """Write the triangles that are kept, in order, and return how many there are and how many new vertices and pieces.
 
     Shapes  clip: (V, 4); triangles: (T, 3); vertices: (V', 4) new clip coordinates, numbered from V on; the others as in

@@ -11,11 +11,11 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Float64Array, Int64Array, ScreenTriangles, UInt8Array
+from scanspan.records import Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 
 
 @helper_kernel
-def snap(position, scale):
+def snap(position: float, scale: float) -> Integer:
     """Return a pixel coordinate in sub-pixels, half to even, cut back to the range that setup can take.
 
     Rounding away what clipping against the outer planes left over is all that the cut does.
@@ -25,19 +25,23 @@ def snap(position, scale):
 
 
 @helper_kernel
-def plane_distance(planes, k, x, y, z, w):
+def plane_distance(planes: Float64Array, k: int, x: float, y: float, z: float, w: float) -> float:
     """Return the signed distance of a point to plane k, positive where it is kept."""
     return (((planes[k, 0] * x + planes[k, 1] * y) + planes[k, 2] * z) + planes[k, 3] * w) - planes[k, 4]
 
 
 @kernel
-def project_kernel(clip, planes, half_width, half_height, scale, outcodes, xy, depth):
+def project_kernel(
+    clip: Float64Array, planes: Float64Array, half_width: float, half_height: float, scale: float, outcodes: UInt8Array,
+    xy: Int64Array, depth: Float64Array,
+) -> Integer:  # fmt: skip
     """Find which planes each vertex lies outside of, project it, and snap it; return the bits of all that occur.
 
-    Shapes  clip: (V, 4); planes: (P, 5), see clip.py; outcodes: (V,) uint8, a bit for each plane; xy: (V, 2) int64; depth: (V,).
+    Shapes  clip: (V, 4); planes: (P, 5), see clip.py; outcodes: (V,) uint8, a bit for each plane; xy: (V, 2) int64; depth:
+            (V,).
     Units   half_width, half_height in pixels; scale = 2^s sub-pixels in a pixel.
-    Rule    the image point is ((x / w + 1) width / 2, (1 - y / w) height / 2): clip space has y up, the image has it down. Vertices
-            with w <= 0 have none and get (0, 0).
+    Rule    the image point is ((x / w + 1) width / 2, (1 - y / w) height / 2): clip space has y up, the image has it down.
+            Vertices with w <= 0 have none and get (0, 0).
     Cost    one pass; two would read all vertices twice.
     """
     all_codes = np.int64(0)

@@ -1,7 +1,7 @@
 """The names of the algorithms, and the one way to run one: over bands of the image, in threads, into a target.
 
-Every algorithm paints the same picture, bit for bit. A band of rows has one owner, so there are no locks and any number of threads
-gives the same bits.
+Every algorithm paints the same picture, bit for bit. A band of rows has one owner, so there are no locks and any number of
+threads gives the same bits.
 """
 
 from __future__ import annotations

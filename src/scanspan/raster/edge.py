@@ -1,13 +1,15 @@
 """The one home of the edge rule: edge values in exact integers, and who owns a sample that lies on an edge.
 
-An edge from q to r has the value E(x, y) = a (x - q_x) + b (y - q_y) with a = q_y - r_y and b = r_x - q_x, all in sub-pixels. With y
-down and the corners in the order that makes the area positive, the inside is where all three values are positive. A rule decides
-about E = 0. It is folded into the constant as a bias of 0 (the edge owns its samples) or -1, so that one sign test remains.
+An edge from q to r has the value E(x, y) = a (x - q_x) + b (y - q_y) with a = q_y - r_y and b = r_x - q_x, all in sub-pixels.
+With y down and the corners in the order that makes the area positive, the inside is where all three values are positive. A rule
+decides about E = 0. It is folded into the constant as a bias of 0 (the edge owns its samples) or -1, so that one sign test
+remains.
 
-Samples lie 2^s sub-pixels apart, so the value of a sample is a constant plus 2^s (a i + b j). Divided by 2^s and floored it becomes F,
-which is negative exactly where the biased value is, and steps by a and b from pixel to pixel. |F| < 2^(51 + s) for vertices within
-2^24 px: an int64 up to s = 12. Above that F is held at about +-2^61. An image side is at most 2^18 px and a and b are at most 2^41, so
-steps across a whole image add at most 2^60: a held value keeps its sign. (geometry/fixed_point.py has the other bit counts.)
+Samples lie 2^s sub-pixels apart, so the value of a sample is a constant plus 2^s (a i + b j). Divided by 2^s and floored it
+becomes F, which is negative exactly where the biased value is, and steps by a and b from pixel to pixel. |F| < 2^(51 + s) for
+vertices within 2^24 px: an int64 up to s = 12. Above that F is held at about +-2^61. An image side is at most 2^18 px and a and
+b are at most 2^41, so steps across a whole image add at most 2^60: a held value keeps its sign. (geometry/fixed_point.py has
+the other bit counts.)
 
 Source: Pineda 1988 for edge functions; Direct3D for the top-left rule; the bias as in llvmpipe and meshoptimizer.
 """
@@ -18,6 +20,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import HALF_BITS, halves_sign, product_halves
 from scanspan.jit import helper_kernel
+from scanspan.records import Integer
 
 TOP_LEFT, BOTTOM_LEFT, INCLUSIVE, EXCLUSIVE, OFFSCREEN_POINT = range(5)
 
@@ -25,11 +28,14 @@ HIGH_LIMIT_BITS = np.int64(41)  # high is held at 2^(41 + s), which makes F abou
 
 
 @helper_kernel
-def edge_bias(a, b, q_x, q_y, is_inner, rule, rule_x, rule_y, rule_w):
+def edge_bias(
+    a: Integer, b: Integer, q_x: Integer, q_y: Integer, is_inner: bool, rule: int, rule_x: int, rule_y: int, rule_w: int
+) -> Integer:
     """Return 0 where an edge owns the samples that lie on it, -1 where it does not.
 
-    Rule    top-left: left edges (a > 0), and top ones (a = 0, b > 0). bottom-left: left edges, and bottom ones. An off-screen point:
-            edges that have it on their inner side; on the edge's own line it counts as moved by (+e, +e^2), which is top-left.
+    Rule    top-left: left edges (a > 0), and top ones (a = 0, b > 0). bottom-left: left edges, and bottom ones. An off-screen
+            point: edges that have it on their inner side; on the edge's own line it counts as moved by (+e, +e^2), which is
+            top-left.
     Needs   is_inner is true for an edge made inside a primitive: it is top-left under the inclusive and the exclusive rule.
     """
     is_left = a > 0
@@ -49,7 +55,7 @@ def edge_bias(a, b, q_x, q_y, is_inner, rule, rule_x, rule_y, rule_w):
 
 
 @helper_kernel
-def edge_start(high, low, bias, subpixel_bits):
+def edge_start(high: Integer, low: Integer, bias: Integer, subpixel_bits: int) -> Integer:
     """Return F, the biased edge value divided by 2^s and floored, held where it would not fit."""
     limit = np.int64(1) << (HIGH_LIMIT_BITS + subpixel_bits)
     held = min(max(high, -limit), limit)

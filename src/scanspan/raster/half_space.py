@@ -1,26 +1,32 @@
 """Half-space rasterization: three edge equations over the bounding box of each triangle.
 
-Each row starts from the exact edge values at its first sample and steps them by adding. One sign test on e0 | e1 | e2 decides, as in
-the lectures. A long row is left once it is outside again, and entered where it may be inside, both in strides of 32 samples, so that
-what lies between is one plain loop over a slice, which the compiler turns into vector instructions (8 samples at a time with
-AVX-512). A test for leaving at every sample would forbid that; docs/decisions/0003-half-space.md has the measurements.
+Each row starts from the exact edge values at its first sample and steps them by adding. One sign test on e0 | e1 | e2 decides,
+as in the lectures. A long row is left once it is outside again, and entered where it may be inside, both in strides of 32
+samples, so that what lies between is one plain loop over a slice, which the compiler turns into vector instructions (8 samples
+at a time with AVX-512). A test for leaving at every sample would forbid that; docs/decisions/0003-half-space.md has the
+measurements.
 
 Source: Pineda 1988; the lectures' "two speed hacks".
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.setup import depth_at, set_up_triangle
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 STRIDE = np.int64(32)  # samples; 16 to 64 measure alike
 
 
 @helper_kernel
-def is_outside(f0, a0, f1, a1, f2, a2, i, j):
+def is_outside(
+    f0: Integer, a0: Integer, f1: Integer, a1: Integer, f2: Integer, a2: Integer, i: Integer, j: Integer
+) -> bool | np.bool_:
     """Say whether samples i to j of a row are all outside, because one edge is negative at both of them."""
     return (
         ((f0 + i * a0) & (f0 + j * a0)) | ((f1 + i * a1) & (f1 + j * a1)) | ((f2 + i * a2) & (f2 + j * a2))
@@ -28,7 +34,10 @@ def is_outside(f0, a0, f1, a1, f2, a2, i, j):
 
 
 @inline_kernel
-def scan_row(write_sample, row, t, f0, f1, f2, g1, g2, n):
+def scan_row(
+    write_sample: Callable[..., None], row: Array, t: TriangleSetup,
+    f0: Integer, f1: Integer, f2: Integer, g1: Integer, g2: Integer, n: int,
+) -> None:  # fmt: skip
     """Test every sample of a row by the three signs at once, and write those inside.
 
     Shapes  row: a slice of a target; t: TriangleSetup; f0 to f2, g1, g2: its integers at the row's first sample.
@@ -39,7 +48,9 @@ def scan_row(write_sample, row, t, f0, f1, f2, g1, g2, n):
 
 
 @inline_kernel
-def half_space(write_sample, target, triangles, first, last, sampling):
+def half_space(
+    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Write every covered sample of triangles first to last.
 
     Shapes  target: (H, W, ...), opened a row at a time; triangles: ScreenTriangles.
@@ -82,18 +93,18 @@ def half_space(write_sample, target, triangles, first, last, sampling):
 
 
 @kernel
-def half_space_keys(target, triangles, first, last, sampling):
+def half_space_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
     """Half-space into (H, W) keys."""
     half_space(write_sample_key, target, triangles, first, last, sampling)
 
 
 @kernel
-def half_space_pairs(target, triangles, first, last, sampling):
+def half_space_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
     """Half-space into (H, W, 2) pairs."""
     half_space(write_sample_pair, target, triangles, first, last, sampling)
 
 
 @kernel
-def half_space_hits(target, triangles, first, last, sampling):
+def half_space_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
     """Half-space into (H, W) hits."""
     half_space(write_sample_hit, target, triangles, first, last, sampling)

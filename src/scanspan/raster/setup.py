@@ -1,15 +1,16 @@
 """Triangle setup: from three snapped corners to edge functions, depth and bounds, exactly.
 
-One function serves every algorithm, and it is pasted into their loops: for small triangles a separate pass over all of them costs
-more than the setup itself. Everything is derived from the snapped corners in integers, so two triangles that share an edge get the
-same line, of opposite sign.
+One function serves every algorithm, and it is pasted into their loops: for small triangles a separate pass over all of them
+costs more than the setup itself. Everything is derived from the snapped corners in integers, so two triangles that share an
+edge get the same line, of opposite sign.
 
-Depth uses the edge values too: d = d_p + (E_q (d_q - d_p) + E_r (d_r - d_p)) / 2A, with p the corner that is first in (y, x) and the
-others in the order that makes the area positive. So it does not depend on how the triangle was listed, and it stays accurate on
-slivers, where a plane in x and y loses what the division by a tiny area magnifies. Two conversions and two products a sample are the
-price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
+Depth uses the edge values too: d = d_p + (E_q (d_q - d_p) + E_r (d_r - d_p)) / 2A, with p the corner that is first in (y, x)
+and the others in the order that makes the area positive. So it does not depend on how the triangle was listed, and it stays
+accurate on slivers, where a plane in x and y loses what the division by a tiny area magnifies. Two conversions and two products
+a sample are the price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
 
-Source: the plane equations of the lectures, with the error that comes from rounding A, B and C apart mended by snapping the vertices.
+Source: the plane equations of the lectures, with the error that comes from rounding A, B and C apart mended by snapping the
+vertices.
 """
 
 from __future__ import annotations
@@ -19,19 +20,22 @@ import numpy as np
 from scanspan.geometry.fixed_point import halves_float, halves_sign, product_halves
 from scanspan.jit import helper_kernel
 from scanspan.raster.edge import HIGH_LIMIT_BITS, edge_bias, edge_start
-from scanspan.records import TriangleSetup
+from scanspan.records import Integer, Sampling, TriangleSetup
 
-EMPTY = TriangleSetup(*([np.int64(0)] * 19), 0.0, 0.0, 0.0)
+EMPTY = TriangleSetup._make((np.int64(0),) * 19 + (0.0,) * 3)
 
 
 @helper_kernel
-def first_sample(position, sample, subpixel_bits):
+def first_sample(position: Integer, sample: int, subpixel_bits: int) -> Integer:
     """Return the first pixel whose sample is not before a position; both in sub-pixels."""
     return -((sample - position) >> subpixel_bits)
 
 
 @helper_kernel
-def set_up_triangle(p_x, p_y, q_x, q_y, r_x, r_y, p_depth, q_depth, r_depth, inner, sampling):
+def set_up_triangle(
+    p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer,
+    p_depth: float, q_depth: float, r_depth: float, inner: Integer, sampling: Sampling,
+) -> TriangleSetup:  # fmt: skip
     """Return the setup of triangle n; its rows are empty where there is nothing to draw.
 
     Shapes  triangles: ScreenTriangles; sampling: Sampling.
@@ -118,6 +122,6 @@ def set_up_triangle(p_x, p_y, q_x, q_y, r_x, r_y, p_depth, q_depth, r_depth, inn
 
 
 @helper_kernel
-def depth_at(setup, g1, g2):
+def depth_at(setup: TriangleSetup, g1: Integer, g2: Integer) -> float:
     """Return the depth where its two integers have the values g1 and g2: the one expression that every algorithm uses."""
     return setup.depth + (np.float64(g1) * setup.slope1 + np.float64(g2) * setup.slope2)

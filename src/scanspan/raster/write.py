@@ -1,10 +1,10 @@
 """The only writers: one comparison, and for each kind of target a verb for one sample and a verb for a span.
 
-A traversal opens a row of its target as a slice and hands samples to its writer; it knows nothing of depth formats or counts. Three
-targets, each one array:
+A traversal opens a row of its target as a slice and hands samples to its writer; it knows nothing of depth formats or counts.
+Three targets, each one array:
 
-keys    (H, W) int64: depth as float32 in the upper half, mapped so that order is kept, and the complement of the triangle's number in
-        the lower, so the nearest sample is the largest word. Writing is one maximum, without a branch.
+keys    (H, W) int64: depth as float32 in the upper half, mapped so that order is kept, and the complement of the triangle's
+        number in the lower, so the nearest sample is the largest word. Writing is one maximum, without a branch.
 pairs   (H, W, 2) float64: depth unrounded, and the number.
 hits    (H, W) int32: how often each sample was covered; nothing hides anything.
 
@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
 
 EMPTY_KEY = np.int64(-(1 << 63))  # below every key, as no depth maps there
 NUMBER_MASK = np.int64((1 << 32) - 1)
@@ -25,7 +26,7 @@ MAGNITUDE = np.int32(0x7FFFFFFF)
 
 
 @helper_kernel
-def is_nearer(depth, primitive, other_depth, other_primitive):
+def is_nearer(depth: float, primitive: float, other_depth: float, other_primitive: float) -> bool:
     """Say whether the first of two samples hides the second: the larger depth, then the lower number.
 
     An empty sample has depth -inf, so everything hides it.
@@ -34,11 +35,11 @@ def is_nearer(depth, primitive, other_depth, other_primitive):
 
 
 @helper_kernel
-def pack_key(depth, number):
+def pack_key(depth: float, number: Integer) -> Integer:
     """Return the word whose order is that of `is_nearer`: depth rounded once to float32, then the lower number.
 
-    The bits of a positive float are ordered like integers; those of a negative one run backwards, so all but its sign are flipped.
-    Adding 0.0 makes -0.0 into 0.0, which must compare equal to it.
+    The bits of a positive float are ordered like integers; those of a negative one run backwards, so all but its sign are
+    flipped. Adding 0.0 makes -0.0 into 0.0, which must compare equal to it.
     """
     bits = np.float32(depth + 0.0).view(np.int32)
     ordered = np.int64(bits ^ ((bits >> np.int32(31)) & MAGNITUDE))
@@ -46,27 +47,27 @@ def pack_key(depth, number):
 
 
 @helper_kernel
-def unpack_depth(key):
+def unpack_depth(key: Integer) -> np.float32:
     """Return the float32 depth of a key."""
     ordered = np.int32(key >> np.int64(32))
     return np.int32(ordered ^ ((ordered >> np.int32(31)) & MAGNITUDE)).view(np.float32)
 
 
 @helper_kernel
-def unpack_number(key):
+def unpack_number(key: Integer) -> Integer:
     """Return the triangle's number of a key."""
     return NUMBER_MASK - (key & NUMBER_MASK)
 
 
 @helper_kernel
-def write_sample_key(row, q, inside, depth, number):
+def write_sample_key(row: Int64Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Write one sample of a row of keys."""
     key = pack_key(depth, number)
     row[q] = max(row[q], key if inside else EMPTY_KEY)
 
 
 @helper_kernel
-def write_sample_pair(row, q, inside, depth, number):
+def write_sample_pair(row: Float64Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Write one sample of a row of pairs."""
     nearer = inside & is_nearer(depth, np.float64(number), row[q, 0], row[q, 1])
     row[q, 0] = depth if nearer else row[q, 0]
@@ -74,6 +75,6 @@ def write_sample_pair(row, q, inside, depth, number):
 
 
 @helper_kernel
-def write_sample_hit(row, q, inside, depth, number):
+def write_sample_hit(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Count one sample of a row of hits."""
     row[q] += np.int32(inside)

@@ -1,8 +1,8 @@
 """Interpolation: barycentric weights of visible samples, and attributes from them, correct in perspective.
 
-A weight comes from the exact edge value at the sample, E_k / 2A on the screen, and is divided by w before it is normed, so the sum of
-the three is the interpolated 1 / w. For a piece of a clipped triangle they are then carried over to the corners of its source. An
-attribute is u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
+A weight comes from the exact edge value at the sample, E_k / 2A on the screen, and is divided by w before it is normed, so the
+sum of the three is the interpolated 1 / w. For a piece of a clipped triangle they are then carried over to the corners of its
+source. An attribute is u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
 
 Source: Heckbert and Moreton 1991; the edge values are the lectures' sub-areas.
 """
@@ -13,17 +13,21 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.jit import helper_kernel, kernel
+from scanspan.records import Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
 
 
 @helper_kernel
-def corner_weight(a_x, a_y, b_x, b_y, x, y, w):
+def corner_weight(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer, w: float) -> float:
     """Return the edge value of the edge from a to b at a sample, over w of the corner opposite it."""
     high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
     return halves_float(high, low) / w
 
 
 @kernel
-def barycentric_kernel(slots, triangles, sample_x, sample_y, subpixel_bits, y_start, out):
+def barycentric_kernel(
+    slots: Int32Array, triangles: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int, y_start: int,
+    out: Float64Array,
+) -> None:  # fmt: skip
     """Write the perspective-correct weights of the source triangle's corners at every visible sample, 0 elsewhere.
 
     Shapes  slots: (h, W) int32, row of triangles.corners or -1; triangles: ScreenTriangles; out: (h, W, 3) float64.
@@ -58,7 +62,7 @@ def barycentric_kernel(slots, triangles, sample_x, sample_y, subpixel_bits, y_st
 
 
 @kernel
-def numbers_kernel(slot, number, out):
+def numbers_kernel(slot: Int32Array, number: Int32Array, out: Int32Array) -> None:
     """Write number[slot], -1 where the slot is -1.
 
     Shapes  slot: (n,) int32; number: (N,) int32; out: (n,) int32.
@@ -68,16 +72,19 @@ def numbers_kernel(slot, number, out):
 
 
 @helper_kernel
-def blend(u0, u1, u2, b1, b2):
+def blend(u0: float, u1: float, u2: float, b1: float, b2: float) -> float:
     """Return the attribute with values u0, u1, u2 at the corners, for weights b1 and b2 of the last two."""
     return u0 + (b1 * (u1 - u0) + b2 * (u2 - u0))
 
 
 @kernel
-def interpolate_vertices_kernel(numbers, barycentric, triangles, values, out):
+def interpolate_vertices_kernel(
+    numbers: Int32Array, barycentric: Float64Array, triangles: Int32Array, values: Float64Array, out: Float64Array
+) -> None:
     """Write the interpolated per-vertex values of every visible sample, and leave the others.
 
-    Shapes  numbers: (n,) int32 triangle or -1; barycentric: (n, 3); triangles: (T, 3) int32; values: (V, k) float64; out: (n, k).
+    Shapes  numbers: (n,) int32 triangle or -1; barycentric: (n, 3); triangles: (T, 3) int32; values: (V, k) float64; out: (n,
+            k).
     """
     for i in range(numbers.shape[0]):
         n = numbers[i]
@@ -88,7 +95,7 @@ def interpolate_vertices_kernel(numbers, barycentric, triangles, values, out):
 
 
 @kernel
-def interpolate_corners_kernel(numbers, barycentric, values, out):
+def interpolate_corners_kernel(numbers: Int32Array, barycentric: Float64Array, values: Float32Array, out: Float32Array) -> None:
     """Write the interpolated per-corner values of every visible sample, and leave the others.
 
     Shapes  numbers: (n,) int32 triangle or -1; barycentric: (n, 3) float64; values: (T, 3, k) float32; out: (n, k) float32.

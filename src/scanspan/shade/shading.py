@@ -1,7 +1,8 @@
 """Shading: the linear colour of every visible sample, a few rows at a time.
 
-The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light, edges. Visibility came first,
-so each sample is shaded once, whatever was hidden behind it. Surfaces are opaque; alpha of materials and textures is not blended.
+The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light, edges. Visibility came
+first, so each sample is shaded once, whatever was hidden behind it. Surfaces are opaque; alpha of materials and textures is not
+blended.
 
 Source: the order of nvdiffrast (rasterize, interpolate, shade) and of deferred shading.
 """
@@ -71,7 +72,8 @@ def gather_surfaces(
 def find_viewers(camera: Camera, size: tuple[int, int]) -> Float64Array:
     """Return the direction towards the eye at pixel (0, 0), and how it changes from pixel to pixel: (3, 3), in the world.
 
-    Three rows of the projection take a direction in the camera to the image, so their inverse takes an image point to its direction.
+    Three rows of the projection take a direction in the camera to the image, so their inverse takes an image point to its
+    direction.
     """
     rotation = camera.view[:3, :3].T
     if camera.is_orthographic:
@@ -82,7 +84,10 @@ def find_viewers(camera: Camera, size: tuple[int, int]) -> Float64Array:
 
 
 @kernel
-def find_bases_kernel(numbers, instance, base, viewers, x, y, width, bases, towards):
+def find_bases_kernel(
+    numbers: Int32Array, instance: Int32Array, base: Float32Array, viewers: Float64Array, x: float, y: float, width: int,
+    bases: Float32Array, towards: Float32Array,
+) -> None:  # fmt: skip
     """Write the material's colour of every visible sample, and the direction from every sample to the eye.
 
     Shapes  numbers: (n,) int32, rows of `width` samples; instance: (T,) int32; base: (instances, 4) float32; viewers: (3, 3);
@@ -98,7 +103,7 @@ def find_bases_kernel(numbers, instance, base, viewers, x, y, width, bases, towa
 
 
 @kernel
-def add_samples_kernel(numbers, colors, out):
+def add_samples_kernel(numbers: Int32Array, colors: Float32Array, out: Float32Array) -> None:
     """Add the colours of visible samples, as opaque ones.
 
     Shapes  numbers: (n,) int32; colors: (n, 4), out: (n, 4) float32, premultiplied sums.

@@ -1,7 +1,7 @@
 """Surface attributes: normals, texture coordinates and colours at the corners of every triangle of a DrawList.
 
-They are brought together only when shading asks for them; finding out what is visible needs none. What a geometry does not have is
-left out: no normal is (0, 0, 0), no texture coordinate NaN, no colour white.
+They are brought together only when shading asks for them; finding out what is visible needs none. What a geometry does not have
+is left out: no normal is (0, 0, 0), no texture coordinate NaN, no colour white.
 """
 
 from __future__ import annotations
@@ -110,4 +110,5 @@ def corner_colors(instance: Instance, element: NDArray[np.int32]) -> Float32Arra
     if ends is None or len(values) == len(ends):
         return np.repeat(values[element][:, None], 3, axis=1)
     which = np.where(np.arange(len(element))[:, None] % 2 == 0, [0, 1, 1], [0, 1, 0])
-    return values[ends[element[:, None], which]]
+    shown: Float32Array = values[ends[element[:, None], which]]
+    return shown

@@ -1,7 +1,7 @@
 """Wireframe overlay: how far a visible sample is from the nearest edge of its face, on the screen.
 
-The distance is the edge value over the edge's length, so the overlay needs no lines, hides what is hidden, and cannot stray from the
-triangles. Half a line is drawn on either side of an edge; the cuts inside a polygon are no edges.
+The distance is the edge value over the edge's length, so the overlay needs no lines, hides what is hidden, and cannot stray
+from the triangles. Half a line is drawn on either side of an edge; the cuts inside a polygon are no edges.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.jit import helper_kernel, kernel
+from scanspan.records import Float32Array, Int32Array, Integer, ScreenTriangles, UInt8Array
 
 
 @helper_kernel
-def edge_distance(a_x, a_y, b_x, b_y, x, y):
+def edge_distance(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer) -> float:
     """Return the distance of a sample to the line through a and b, all in sub-pixels."""
     high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
     across, down = np.float64(b_x - a_x), np.float64(b_y - a_y)
@@ -21,11 +22,14 @@ def edge_distance(a_x, a_y, b_x, b_y, x, y):
 
 
 @kernel
-def overlay_edges_kernel(slots, triangles, inner, sample_x, sample_y, subpixel_bits, y_start, width, color, out):
+def overlay_edges_kernel(
+    slots: Int32Array, triangles: ScreenTriangles, inner: UInt8Array, sample_x: Integer, sample_y: Integer,
+    subpixel_bits: int, y_start: int, width: float, color: Float32Array, out: Float32Array,
+) -> None:  # fmt: skip
     """Paint the samples that lie within half a line's width of an edge.
 
-    Shapes  slots: (h, W) int32; triangles: ScreenTriangles; inner: (T,) uint8 of the DrawList; color: (4,) float32; out: (h, W, 4)
-            float32 linear.
+    Shapes  slots: (h, W) int32; triangles: ScreenTriangles; inner: (T,) uint8 of the DrawList; color: (4,) float32; out: (h, W,
+            4) float32 linear.
     Units   width in pixels; sample_x, sample_y in sub-pixels; y_start: row of the image that slots begin with.
     """
     xy, corners = triangles.xy, triangles.corners

@@ -1,7 +1,7 @@
 """Frame: a rendered picture and everything that is known of its pixels.
 
-Colour is averaged over the samples of a pixel; every other field comes from one sample at its centre and is worked out when it is
-first asked for.
+Colour is averaged over the samples of a pixel; every other field comes from one sample at its centre and is worked out when it
+is first asked for.
 """
 
 from __future__ import annotations
@@ -124,7 +124,8 @@ class Frame:
         corners = surface.normals(self.scene, self._draw, self._look.shading, self._look.crease_angle)
         found = self._interpolate_corners(corners, 0.0)
         length = np.sqrt(found[..., 0] ** 2 + found[..., 1] ** 2 + found[..., 2] ** 2)[..., None]
-        return np.divide(found, length, out=np.zeros_like(found), where=length > 0)
+        unit: Float32Array = np.divide(found, length, out=np.zeros_like(found), where=length > 0)
+        return unit
 
     @cached_property
     def uv(self) -> Float32Array:
@@ -174,4 +175,5 @@ class Frame:
 
     def __repr__(self) -> str:
         width, height = self.size
-        return f"Frame({width} x {height}, {self._centre.slot.max(initial=-1) + 1 and len(np.unique(self.primitive)) - 1} primitives seen)"
+        seen = np.unique(self.primitive[self.primitive >= 0])
+        return f"Frame({width} x {height}, {len(seen):,} primitives seen)"

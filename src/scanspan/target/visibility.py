@@ -19,7 +19,7 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import run, run_bands
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
-from scanspan.records import Array, Float64Array, Int32Array, ScreenTriangles
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel, numbers_kernel
 from scanspan.target.merge import merge_kernel
@@ -46,7 +46,7 @@ class Plane(NamedTuple):
 
 
 @kernel
-def unpack_kernel(keys, slot, depth):
+def unpack_kernel(keys: Int64Array, slot: Int32Array, depth: Float32Array) -> None:
     """Split keys into slots and depths.
 
     Shapes  keys: (h, W) int64; slot: (h, W) int32; depth: (h, W) float32.

@@ -15,8 +15,8 @@ COMPILE_SECONDS = 10  # all kernels of a first picture, on a desktop machine of 
 def to_line(text: str) -> str:
     r"""Return a text on one line, with what would move the cursor or ring the bell written out.
 
-    >>> print(to_line("one\\ntwo"))
-    one\\ntwo
+    >>> print(to_line("one\ntwo"))
+    one\ntwo
     """
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 

@@ -80,7 +80,7 @@ def plan(names: Sequence[str], size: tuple[int, int]) -> Layout:
         top = (height - rows * cell[1] - (rows - 1) * gap) // 2 + row * (cell[1] + gap)
         corners.append((left, top))
     letters = _letter_height(names, cell)
-    return Layout(size, cell, tuple(corners), letters, max(_MARGIN, 2.0 * letters / cell[1]))
+    return Layout(size, cell, tuple(corners), letters, max(_MARGIN, 1.75 * letters / cell[1]))
 
 
 def _letter_height(names: Sequence[str], cell: tuple[int, int]) -> int:
