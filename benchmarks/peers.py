@@ -33,7 +33,7 @@ class MissingError(Exception):
     """A peer that is not installed; the message says what to install."""
 
 
-def _cv2() -> Any:
+def _opencv() -> Any:
     try:
         import cv2
     except ImportError as error:
@@ -99,7 +99,7 @@ def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[An
 
 def opencv_rasterize_entry(scene: Scene, with_depth: bool = True) -> Entry:
     """Return OpenCV's triangleRasterize, or triangleRasterizeColor."""
-    cv2 = _cv2()
+    cv2 = _opencv()
     settings = cv2.TriangleRasterizeSettings()
     settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
     flat = isinstance(scene, FlatScene)
@@ -141,7 +141,7 @@ def opencv_convex_entry(scene: Scene) -> Entry:
     """Return OpenCV's fillConvexPoly, called for each triangle, with 8 sub-pixel bits."""
     if isinstance(scene, MeshScene):
         raise MissingError("draws flat triangles only")
-    cv2, picture = _cv2(), np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
+    cv2, picture = _opencv(), np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
     held: list[list[Any]] = [[], []]
 
     def convert() -> None:

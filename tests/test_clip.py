@@ -130,8 +130,8 @@ def test_clipping_is_done_after_once(rng):
 def test_edges_made_by_clipping_are_owned_once(rng, rule):
     """Under any rule the inside of one clipped triangle is covered once: its pieces share their edges top-left."""
     for _ in range(40):
-        clip = rng.normal(size=(3, 4)) + (0, 0, 0, 0.5)
-        hits, screen = hits_of(clip, [(0, 1, 2)], rule=rule, bits=4)
+        clip = rng.normal(size=(3, 4)) + np.array([0, 0, 0, 0.5])
+        hits, _ = hits_of(clip, [(0, 1, 2)], rule=rule, bits=4)
         assert hits.max(initial=0) <= 1
 
 

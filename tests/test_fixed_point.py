@@ -34,7 +34,7 @@ def edges(draw: st.DrawFn) -> tuple[int, tuple[int, int], tuple[int, int], tuple
 
 @given(edges())
 def test_product_halves_are_exact_up_to_the_limits(case):
-    bits, (q_x, q_y), (r_x, r_y), (x, y) = case
+    _, (q_x, q_y), (r_x, r_y), (x, y) = case
     a, b = q_y - r_y, r_x - q_x
     high, low = product_halves(INT(a), INT(b), INT(x - q_x), INT(y - q_y))
     exact = a * (x - q_x) + b * (y - q_y)

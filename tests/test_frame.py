@@ -148,9 +148,9 @@ def test_a_quad_has_one_number_and_no_line_across():
 
 
 def test_edges_are_as_wide_as_asked_for():
+    camera = ss.Camera.orthographic((0.5, 0.5, 5), (0.5, 0.5, 0), height=1.2)
     for width in (1.0, 4.0):
-        frame = ss.render(CUBE, ss.Camera.orthographic((0.5, 0.5, 5), (0.5, 0.5, 0), height=1.2), (120, 120), edges=True, line_width=width,
-                          samples=1, edge_color="black")  # fmt: skip
+        frame = ss.render(CUBE, camera, (120, 120), edges=True, line_width=width, samples=1, edge_color="black")
         row = frame.color[60, :, 0]
         assert abs(int((row == 0).sum()) - width) <= 1
 
@@ -205,7 +205,20 @@ def test_saving_and_showing(frame, tmp_path):
     with pytest.raises(ss.InputError, match=r"unknown field 'deep'; did you mean 'depth'\?"):
         frame.save(tmp_path / "c.npz", ["deep"])
     assert not (tmp_path / "c.npz").exists()
-    assert repr(frame).startswith("Frame(120 x 90")
+
+
+def test_repr_counts_the_primitives_that_are_seen():
+    seen = ss.render(CUBE, "front", size=SIZE, samples=1)
+    assert repr(seen) == "Frame(120 x 90, 1 primitives seen)"
+
+    # A wall of 36 x 36 squares, three pixels each, that fills the picture; and a picture of nothing.
+    corners = [(x / 36, y / 36, 0.0) for y in range(37) for x in range(37)]
+    squares = [(i, i + 1, i + 38, i + 37) for y in range(36) for i in range(37 * y, 37 * y + 36)]
+    front = ss.Camera.orthographic((0.5, 0.5, 5), (0.5, 0.5, 0), height=1.0)
+    wall = ss.render(ss.Mesh.from_polygons(corners, squares), front, (108, 108), samples=1)
+    assert repr(wall) == "Frame(108 x 108, 1,296 primitives seen)"
+    away = ss.Camera.orthographic((9, 9, 5), (9, 9, 0), height=1.0)
+    assert repr(ss.render(CUBE, away, (8, 8), samples=1)) == "Frame(8 x 8, 0 primitives seen)"
 
 
 @pytest.mark.parametrize(

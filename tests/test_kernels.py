@@ -27,7 +27,8 @@ rng = np.random.default_rng(5)
 clip = rng.normal(size=(60, 4))
 triangles = np.arange(60).reshape(-1, 3)
 digest = hashlib.sha256()
-for options in ({}, {"samples": 4}, {"depth_bits": 64}, {"subpixel_bits": 16}, {"rule": ss.OffscreenPoint(-3, 5)}, {"cull": "back"}):
+point = ss.OffscreenPoint(-3, 5)
+for options in ({}, {"samples": 4}, {"depth_bits": 64}, {"subpixel_bits": 16}, {"rule": point}, {"cull": "back"}):
     seen = ss.rasterize(clip, triangles, (24, 18), **options)
     for part in (seen.primitive, seen.depth, seen.barycentric, ss.interpolate(seen, clip)):
         digest.update(np.ascontiguousarray(part).tobytes())
@@ -160,10 +161,12 @@ if not dict(llvm.get_host_cpu_features()).get("avx2"):
     print("no AVX2"); sys.exit()
 kernel = half_space.{name}
 target = np.zeros((8, 8), np.int64 if {name!r} == "half_space_keys" else np.int32)
-kernel(target, screen_triangles(np.zeros((1, 3, 2)), 8), 0, 1, make_sampling((8, 8), (128, 128), rule="top-left", cull="none", subpixel_bits=8))
-code = kernel.inspect_asm(kernel.signatures[0])
-print(sum(line.split()[0] in ("vpmaxsq", "vblendvpd", "vpcmpgtq", "vporq", "vpternlogq", "vpor", "vpaddd", "vpsubd") and ("ymm" in line or "zmm" in line)
-          for line in code.splitlines() if line.strip()))
+sampling = make_sampling((8, 8), (128, 128), rule="top-left", cull="none", subpixel_bits=8)
+kernel(target, screen_triangles(np.zeros((1, 3, 2)), 8), 0, 1, sampling)
+lines = [line for line in kernel.inspect_asm(kernel.signatures[0]).splitlines() if line.strip()]
+wide = [line.split()[0] for line in lines if "ymm" in line or "zmm" in line]
+names = ("vpmaxsq", "vblendvpd", "vpcmpgtq", "vporq", "vpternlogq", "vpor", "vpaddd", "vpsubd")
+print(sum(name in names for name in wide))
 """
     result = subprocess.run(
         [sys.executable, "-c", script],

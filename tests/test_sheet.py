@@ -144,3 +144,17 @@ def test_what_the_eye_looks_at_is_in_the_middle_of_the_picture() -> None:
     for orthographic in (False, True):
         shot = Shot(focal_point=np.array([1.0, 0.0, 0.0]), zoom=3.0, is_orthographic=orthographic)
         np.testing.assert_allclose(make_camera(scene, shot, (64, 48)).project([(1, 0, 0)], (64, 48)), [(32, 24)], atol=1e-9)
+
+
+def test_a_zoom_factor_enlarges_by_that_much() -> None:
+    centre = BOX.bounds.mean(axis=0)
+    for orthographic in (False, True):
+        for position in (None, np.array([3.0, 4.0, 9.0])):
+            shot = Shot(position=position, is_orthographic=orthographic)
+            one, three = (make_camera(BOX, shot._replace(zoom=zoom), (100, 100)) for zoom in (1.0, 3.0))
+            assert pixels_per_unit(three, centre) == pytest.approx(3 * pixels_per_unit(one, centre), rel=1e-9)
+
+
+def test_an_eye_in_the_focal_point_sees_nothing() -> None:
+    with pytest.raises(ss.InputError, match=r"^--camera-position = 1,2,3: the eye lies in the focal point"):
+        make_camera(BOX, Shot(position=np.array([1.0, 2.0, 3.0]), focal_point=np.array([1.0, 2.0, 3.0])), (64, 48))

@@ -75,8 +75,10 @@ class Shifted:
         self.primitive = np.roll(frame.primitive, 1, axis=1)
 
 
-FILES = ["ADIS16480.STL", "CesiumMilkTruck.glb", "Duck.glb", "cow.obj", "cycloidal.ply", "featuretype.STL", "fuze.zip", "quadknot.obj",
-         "rocker-arm.obj", "suzanne.ply", "teapot.obj", "torus.STL"]  # fmt: skip
+FILES = [
+    "ADIS16480.STL", "CesiumMilkTruck.glb", "Duck.glb", "cow.obj", "cycloidal.ply", "featuretype.STL",
+    "fuze.zip", "quadknot.obj", "rocker-arm.obj", "suzanne.ply", "teapot.obj", "torus.STL",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -263,9 +263,9 @@ def test_interpolate_keeps_types_and_constants(rng):
     assert ss.interpolate(seen, np.arange(len(clip))).dtype == np.float64
     with pytest.raises(ss.InputError, match=f"^per_vertex: 5 rows, but the triangles use {len(clip)} vertices$"):
         ss.interpolate(seen, np.zeros(5))
-    with pytest.raises(ss.InputError, match="^per_vertex: expected shape"):
+    with pytest.raises(ss.InputError, match=r"^per_vertex: expected shape"):
         ss.interpolate(seen, np.zeros((len(clip), 2, 2)))
-    with pytest.raises(ss.InputError, match="^visibility: expected what rasterize returned, got tuple"):
+    with pytest.raises(ss.InputError, match=r"^visibility: expected what rasterize returned, got tuple"):
         ss.interpolate((), np.zeros(5))
 
 

@@ -137,7 +137,7 @@ def render(
     vector = words.parse_vector
     shot = words.Shot(
         words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        words.parse_vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
+        vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
     )  # fmt: skip
     names = words.parse_views(views)
     if names and (direction or position or focal_point):

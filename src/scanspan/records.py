@@ -40,7 +40,7 @@ class DrawList(NamedTuple):
 
 
 class ScreenTriangles(NamedTuple):
-    """What geometry hands to raster and to shade: N triangles in front of the eye, as corners in a list of V projected vertices.
+    """What geometry hands to raster and shade: N triangles in front of the eye, as corners in a list of V projected vertices.
 
     A triangle that the near plane cut comes as several pieces; they follow each other, so `source` never decreases and the
     lower piece is always the lower primitive.
@@ -57,7 +57,7 @@ class ScreenTriangles(NamedTuple):
 
 
 class Sampling(NamedTuple):
-    """Where a kernel samples and by which rule: a rectangle of pixels, the sample's place in each, the edge rule and the culling."""
+    """Where a kernel samples and by which rule: a rectangle of pixels, the sample's place in each, edge rule and culling."""
 
     x_start: int  # pixels
     x_end: int

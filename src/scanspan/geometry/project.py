@@ -37,8 +37,7 @@ def project_kernel(
 ) -> Integer:  # fmt: skip
     """Find which planes each vertex lies outside of, project it, and snap it; return the bits of all that occur.
 
-    Shapes  clip: (V, 4); planes: (P, 5), see clip.py; outcodes: (V,) uint8, a bit for each plane; xy: (V, 2) int64; depth:
-            (V,).
+    Shapes  clip: (V, 4); planes: (P, 5), see clip.py; outcodes: (V,) uint8, one bit a plane; xy: (V, 2) int64; depth: (V,).
     Units   half_width, half_height in pixels; scale = 2^s sub-pixels in a pixel.
     Rule    the image point is ((x / w + 1) width / 2, (1 - y / w) height / 2): clip space has y up, the image has it down.
             Vertices with w <= 0 have none and get (0, 0).

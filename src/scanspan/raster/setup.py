@@ -9,8 +9,7 @@ and the others in the order that makes the area positive. So it does not depend 
 accurate on slivers, where a plane in x and y loses what the division by a tiny area magnifies. Two conversions and two products
 a sample are the price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
 
-Source: the plane equations of the lectures, with the error that comes from rounding A, B and C apart mended by snapping the
-vertices.
+Source: the plane equations of the lectures, with the error of rounding A, B and C apart mended by snapping the vertices.
 """
 
 from __future__ import annotations
@@ -36,10 +35,10 @@ def set_up_triangle(
     p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer,
     p_depth: float, q_depth: float, r_depth: float, inner: Integer, sampling: Sampling,
 ) -> TriangleSetup:  # fmt: skip
-    """Return the setup of triangle n; its rows are empty where there is nothing to draw.
+    """Return the setup of the triangle p, q, r; its rows are empty where there is nothing to draw.
 
-    Shapes  triangles: ScreenTriangles; sampling: Sampling.
-    Units   bounds in pixels, edge values in sub-pixels squared over 2^s.
+    Units   corners in sub-pixels; of the result, bounds in pixels, edge values in sub-pixels squared over 2^s.
+    Needs   bit i of inner is set where the edge opposite corner i was made inside a primitive.
     Rule    sampling.rule; zero area and culled triangles draw nothing, decided by the exact sign after snapping.
     """
     s = sampling.subpixel_bits
@@ -116,9 +115,8 @@ def set_up_triangle(
         along_y = (np.float64(b1) * slope1 + np.float64(b2) * slope2) * unit
         g1, g1_x, g1_y, g2, g2_x, g2_y = x_start, np.int64(1), np.int64(0), y_start, np.int64(0), np.int64(1)
         slope1, slope2 = along_x, along_y
-    return TriangleSetup(
-        x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2
-    )  # fmt: skip
+    return TriangleSetup(x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2,
+                         g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2)  # fmt: skip
 
 
 @helper_kernel

@@ -83,8 +83,8 @@ def interpolate_vertices_kernel(
 ) -> None:
     """Write the interpolated per-vertex values of every visible sample, and leave the others.
 
-    Shapes  numbers: (n,) int32 triangle or -1; barycentric: (n, 3); triangles: (T, 3) int32; values: (V, k) float64; out: (n,
-            k).
+    Shapes  numbers: (n,) int32 triangle or -1; barycentric: (n, 3); triangles: (T, 3) int32; values: (V, k) float64;
+            out: (n, k).
     """
     for i in range(numbers.shape[0]):
         n = numbers[i]

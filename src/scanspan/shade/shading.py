@@ -98,8 +98,10 @@ def find_bases_kernel(
         across, down = x + np.float64(i % width), y + np.float64(i // width)
         for k in range(3):
             towards[i, k] = np.float32(viewers[0, k] + (across * viewers[1, k] + down * viewers[2, k]))
-        if numbers[i] >= 0:
-            bases[i] = base[instance[numbers[i]]]
+        n = numbers[i]
+        if n >= 0:
+            for k in range(4):
+                bases[i, k] = base[instance[n], k]
 
 
 @kernel
@@ -163,7 +165,8 @@ def shade_rows(
     unit = float(1 << bits)
     interpolate_corners_kernel(numbers, weights, surfaces.normals, normals)
     find_bases_kernel(
-        numbers, draw.instance, surfaces.base, surfaces.viewers, offset[0] / unit, y_start + offset[1] / unit, width, bases, towards
+        numbers, draw.instance, surfaces.base, surfaces.viewers, offset[0] / unit, y_start + offset[1] / unit, width,
+        bases, towards,
     )  # fmt: skip
     if surfaces.colors is not None:
         shown = np.zeros((count, 4), np.float32)

@@ -72,7 +72,7 @@ def normals(scene: Scene, draw: DrawList, shading: str, crease_angle: float) -> 
 
 
 def texture_coordinates(scene: Scene, draw: DrawList) -> Float32Array | None:
-    """Return (T, 3, 2) float32 texture coordinates at the corners of all triangles, NaN where there are none; None if nowhere."""
+    """Return (T, 3, 2) float32 texture coordinates at all triangles' corners, NaN where there are none; None if nowhere."""
     out = None
     for k, instance in enumerate(scene.instances):
         found = per_corner(instance.geometry, "uv") if isinstance(instance.geometry, Mesh) else None

@@ -28,8 +28,8 @@ def overlay_edges_kernel(
 ) -> None:  # fmt: skip
     """Paint the samples that lie within half a line's width of an edge.
 
-    Shapes  slots: (h, W) int32; triangles: ScreenTriangles; inner: (T,) uint8 of the DrawList; color: (4,) float32; out: (h, W,
-            4) float32 linear.
+    Shapes  slots: (h, W) int32; triangles: ScreenTriangles; inner: (T,) uint8 of the DrawList; color: (4,) float32;
+            out: (h, W, 4) float32 linear.
     Units   width in pixels; sample_x, sample_y in sub-pixels; y_start: row of the image that slots begin with.
     """
     xy, corners = triangles.xy, triangles.corners
@@ -47,4 +47,5 @@ def overlay_edges_kernel(
             near |= hidden & 2 == 0 and edge_distance(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y) <= limit
             near |= hidden & 4 == 0 and edge_distance(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y) <= limit
             if near:
-                out[j, i] = color
+                for k in range(4):
+                    out[j, i, k] = color[k]

@@ -117,7 +117,8 @@ class Visibility:
     ----------
     primitive : (H, W) or (H, W, S) int32, the triangle that is seen, -1 where there is none.
     depth : the same shape, float32 or float64: 1 at the near plane and 0 at z = w, -inf where there is nothing.
-    barycentric : (H, W, 3) or (H, W, S, 3) float64, perspective-correct weights of the triangle's corners; computed when asked for.
+    barycentric : (H, W, 3) or (H, W, S, 3) float64, perspective-correct weights of the triangle's corners; computed
+        when asked for.
     counters : what happened to the triangles on the way: how many came, were cut by a plane, or lay outside.
     """
 
@@ -186,9 +187,8 @@ def merge(a: Visibility, b: Visibility) -> Visibility:
     InputError : when shapes or types differ.
     """
     if a.primitive.shape != b.primitive.shape or a.depth.dtype != b.depth.dtype:
-        raise InputError(
-            f"merge: {a.primitive.shape} {a.depth.dtype} and {b.primitive.shape} {b.depth.dtype} must have the same shape and type"
-        )
+        both = f"{a.primitive.shape} {a.depth.dtype} and {b.primitive.shape} {b.depth.dtype}"
+        raise InputError(f"merge: {both} must have the same shape and type")
     depth, primitive = a.depth.copy(), a.primitive.copy()
     merge_kernel(depth.reshape(-1), primitive.reshape(-1), b.depth.reshape(-1), b.primitive.reshape(-1))
     counters: dict[str, Any] = {name: a.counters[name] + b.counters[name] for name in a.counters}

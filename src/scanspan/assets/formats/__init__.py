@@ -1,1 +1,1 @@
-"""Readers of model files, one module a format; `load` in the folder above chooses among them and checks what they return."""
+"""Readers of model files and the modules they share; `load` in the folder above chooses a reader and checks what it returns."""
