@@ -16,7 +16,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.geometry.project import plane_distance, project
-from scanspan.jit import kernel
+from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float64Array, Int32Array, ScreenTriangles, UInt8Array
 
 MIN_W = 2.0**-100  # where w reaches 0; anything positive that 1 / w can take
@@ -55,7 +55,7 @@ def count_pieces(triangles: Int32Array, outcodes: UInt8Array) -> tuple[int, int]
     return whole, cut
 
 
-@kernel
+@helper_kernel
 def cut_polygon(
     polygon: Float64Array, made: UInt8Array, count: int, planes: Float64Array, k: int, out: Float64Array, out_made: UInt8Array
 ) -> int:

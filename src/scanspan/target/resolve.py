@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.jit import kernel
+from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float32Array, UInt8Array
 from scanspan.shade.color import STARTS, THRESHOLDS, linear_from_srgb, parse_color
 from scanspan.shade.srgb import encode_value
@@ -178,7 +178,7 @@ def resolve_rows(
             pixels[y, x, 3] = encode_channel(alpha, 0, thresholds, starts)
 
 
-@kernel
+@helper_kernel
 def encode_channel(value: float, is_linear: int, thresholds: Float32Array, starts: UInt8Array) -> int:
     """Return the 8-bit code of a value: linear light by the curve of sRGB, sRGB values and alpha by rounding.
 
