@@ -65,10 +65,11 @@ def scanspan_entry(scene: Scene) -> Entry:
     width, height = scene.size
 
     def convert_flat() -> None:
-        clip = np.ones((scene.count, 3, 4))
-        clip[..., 0] = scene.vertices[..., 0] * (2.0 / width) - 1
-        clip[..., 1] = 1 - scene.vertices[..., 1] * (2.0 / height)
+        clip = np.empty((scene.count, 3, 4))
+        np.multiply(scene.vertices, (2.0 / width, -2.0 / height), out=clip[..., :2])
+        clip[..., :2] += (-1, 1)
         clip[..., 2] = (1 - 2 * np.arange(1, scene.count + 1) / (scene.count + 1))[:, None]
+        clip[..., 3] = 1
         held["clip"] = clip.reshape(-1, 4)
         held["triangles"] = np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3)
         held["table"] = np.append(scene.colors.view(np.uint32).ravel(), np.uint32(BACKGROUND))

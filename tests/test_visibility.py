@@ -8,11 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import scanspan as ss
+from scanspan.geometry.project import screen_triangles
 from scanspan.raster import algorithms
+from scanspan.raster.options import make_sampling
 from scanspan.raster.write import is_nearer, pack_key, unpack_depth, unpack_number
 from scanspan.samples import POSITIONS
 
 SIZE = (64, 48)
+SAMPLING = make_sampling(SIZE, (128, 128), rule="top-left", cull="none", subpixel_bits=8)
 DEPTHS = st.floats(-4, 4, width=32)
 NUMBERS = st.integers(0, 2**32 - 1)
 
@@ -67,6 +70,26 @@ def test_chunks_do_not_change_a_bit(rng, monkeypatch):
     whole = ss.rasterize(clip, triangles, SIZE)
     monkeypatch.setattr(algorithms, "CHUNK", 7)
     check_same(whole, ss.rasterize(clip, triangles, SIZE))
+
+
+def test_passes_do_not_change_a_bit(rng, monkeypatch):
+    clip, triangles = soup(rng)
+    whole = ss.rasterize(clip, triangles, SIZE, threads=1)
+    monkeypatch.setattr(algorithms, "SMALL", 0)
+    monkeypatch.setattr(algorithms, "PASS_BYTES", 2000)
+    screen = whole.screen
+    assert algorithms.count_passes(screen, SAMPLING, 64 * 48 * 8) == 13
+    for threads in (1, 2):
+        check_same(whole, ss.rasterize(clip, triangles, SIZE, threads=threads))
+
+
+def test_only_triangles_in_no_order_get_passes(rng, monkeypatch):
+    monkeypatch.setattr(algorithms, "PASS_BYTES", 2000)
+    x = np.linspace(0, 60, 5000)
+    row = np.stack([np.stack([x, x * 0.7], 1), np.stack([x + 1, x * 0.7], 1), np.stack([x, x * 0.7 + 1], 1)], axis=1)
+    assert algorithms.count_passes(screen_triangles(row, 8), SAMPLING, 64 * 48 * 8) == 1
+    assert algorithms.count_passes(screen_triangles(rng.permutation(row), 8), SAMPLING, 64 * 48 * 8) == 13
+    assert algorithms.count_passes(screen_triangles(rng.permutation(row), 8), SAMPLING, 2000) == 1
 
 
 def test_samples_lie_at_the_standard_positions(rng):

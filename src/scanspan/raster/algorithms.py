@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from threading import Event
 from typing import Any
+
+import numpy as np
 
 from scanspan.errors import unknown_name
 from scanspan.raster import half_space
@@ -30,6 +33,7 @@ KERNELS: dict[str, dict[str, Callable[..., None]]] = {
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
 SMALL = 1 << 12  # triangles, and
+PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
 SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it saves
 
 
@@ -67,19 +71,37 @@ def run(algorithm: str, kind: str, target: Array, triangles: ScreenTriangles, sa
                 kernel(target, triangles, first, min(first + CHUNK, count), within)
 
     height, width = sampling.y_end, sampling.x_end
-    run_bands(scan_band, height, 1 if count < SMALL and height * width < SMALL_IMAGE else threads)
+    if count < SMALL and height * width < SMALL_IMAGE:
+        threads = 1
+    run_bands(scan_band, height, threads, count_passes(triangles, sampling, target.nbytes))
 
 
-def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int) -> list[Any]:
+def count_passes(triangles: ScreenTriangles, sampling: Sampling, size: int) -> int:
+    """Return into how many bands to cut a target of some bytes so that each is small enough to stay in the cache.
+
+    Only triangles that jump about the picture gain from it: each band scans them all, but then the rows that it writes are
+    near. Neighbours that follow each other, as in a mesh, are near anyway. Which of the two it is, a few hundred pairs tell.
+    """
+    count = len(triangles.corners)
+    if size <= PASS_BYTES or count < SMALL:
+        return 1
+    some = np.linspace(0, count - 2, 512).astype(np.int64)
+    y = triangles.xy[:, 1]
+    jumps = np.abs(y[triangles.corners[some + 1, 0]] - y[triangles.corners[some, 0]]) >> sampling.subpixel_bits
+    return -(-size // PASS_BYTES) if np.median(jumps) > sampling.y_end / 16 else 1
+
+
+def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1) -> list[Any]:
     """Call `work(y_start, y_end, stop)` for bands of rows and return what it gave, from the top band to the bottom one.
 
-    Two bands a thread, so that one that finishes early has something to do. `stop` is set when the others need not go on.
+    At least `passes` bands, and two a thread, so that one that finishes early has something to do. `stop` is set when the
+    others need not go on.
     """
     stop = Event()
-    if threads == 1 or height < 2:
-        return [work(0, height, stop)]
-    count = min(2 * threads, height)
+    count = max(1, min(max(passes, 2 * threads if threads > 1 else 1), height))
     edges = [height * i // count for i in range(count + 1)]
+    if threads == 1 or count == 1:
+        return [work(y_start, y_end, stop) for y_start, y_end in pairwise(edges)]
     with ThreadPoolExecutor(threads) as pool:
         try:
             return list(pool.map(work, edges[:-1], edges[1:], [stop] * count))
