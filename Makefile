@@ -34,7 +34,7 @@ help:
 	@$(SETUP) bench
 
 demo: .venv/.core
-	@$(RUN) -m scanspan render examples/models/spot.obj -o demo.png
+	@$(RUN) -m scanspan render examples/models/spot.obj -o demo.png --camera-azimuth-angle=-120 --camera-elevation-angle=-15 --crease-angle=70 >/dev/null
 	@echo "$$(pwd)/demo.png"
 
 test: .venv/.dev

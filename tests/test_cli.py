@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import json
 import os
@@ -19,6 +20,7 @@ import pytest
 from PIL import Image
 
 import scanspan as ss
+from scanspan import cli
 from scanspan.cli import main
 from scanspan.view.reporter import to_line
 
@@ -437,3 +439,10 @@ def test_after_warming_nothing_is_compiled(folder: Path, tmp_path_factory: pytes
     ):
         ended = start("render", "model.obj", *SMALL, *words, env=environment)
         assert ended.communicate(timeout=300)[1] == b""
+
+
+def test_the_command_has_the_defaults_of_the_library() -> None:
+    library = inspect.signature(ss.render).parameters
+    command = inspect.signature(cli.render).parameters
+    for name in ("crease_angle", "samples", "shading", "cull", "algorithm", "line_width"):
+        assert command[name].default == library[name].default, name

@@ -105,7 +105,7 @@ def render(
     background_color: options.BackgroundColor = None,
     color: options.Color = None,
     shading: options.Shading = "auto",
-    crease_angle: options.CreaseAngle = 30.0,
+    crease_angle: options.CreaseAngle = 40.0,
     edges: options.Edges = False,
     line_width: options.LineWidth = 1.0,
     cull: options.Cull = "none",

@@ -65,7 +65,7 @@ def render(
     cull: str = "none",
     background: Any = None,
     shading: str = "auto",
-    crease_angle: float = 45.0,
+    crease_angle: float = 40.0,
     two_sided: bool = True,
     textures: bool = True,
     edges: bool = False,
