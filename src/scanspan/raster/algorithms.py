@@ -15,10 +15,13 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import unknown_name
-from scanspan.raster import half_space
+from scanspan.raster import edge_walk, half_space
 from scanspan.records import Array, Sampling, ScreenTriangles
 
-ALGORITHMS = {"half-space": "edge equations over the bounding box of each triangle"}
+ALGORITHMS = {
+    "half-space": "edge equations over the bounding box of each triangle",
+    "edge-walk": "step down the left and the right edge, and fill the span between them",
+}
 ORDERS = {"rows": "row by row, from left to right"}
 COVERAGES = {"sample": "a pixel is covered where its sample is"}
 
@@ -28,6 +31,11 @@ KERNELS: dict[str, dict[str, Callable[..., None]]] = {
         "keys": half_space.half_space_keys,
         "pairs": half_space.half_space_pairs,
         "hits": half_space.half_space_hits,
+    },
+    "edge-walk": {
+        "keys": edge_walk.edge_walk_keys,
+        "pairs": edge_walk.edge_walk_pairs,
+        "hits": edge_walk.edge_walk_hits,
     },
 }
 

@@ -1,4 +1,4 @@
-"""The only writers: one comparison, and for each kind of target a verb for one sample and a verb for a span.
+"""The only writers: one comparison, a verb for one sample of each kind of target, and a verb for a span.
 
 A traversal opens a row of its target as a slice and hands samples to its writer; it knows nothing of depth formats or counts.
 Three targets, each one array:
@@ -14,10 +14,13 @@ instructions (docs/decisions/0001-the-seam.md).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from scanspan.jit import helper_kernel
-from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
+from scanspan.jit import helper_kernel, inline_kernel
+from scanspan.raster.setup import depth_at
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, TriangleSetup
 
 EMPTY_KEY = np.int64(-(1 << 63))  # below every key, as no depth maps there
 NUMBER_MASK = np.int64((1 << 32) - 1)
@@ -78,3 +81,13 @@ def write_sample_pair(row: Float64Array, q: int, inside: bool, depth: float, num
 def write_sample_hit(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Count one sample of a row of hits."""
     row[q] += np.int32(inside)
+
+
+@inline_kernel
+def write_span(write_sample: Callable[..., None], row: Array, setup: TriangleSetup, g1: int, g2: int, number: int) -> None:
+    """Write a span, all of which is covered.
+
+    Shapes  row: a slice of a target; g1, g2: the two integers of the setup's depth at its first sample.
+    """
+    for i in range(row.shape[0]):
+        write_sample(row, i, True, depth_at(setup, g1 + i * setup.g1_x, g2 + i * setup.g2_x), number)
