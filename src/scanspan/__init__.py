@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from scanspan.target.frame import Frame as Frame
     from scanspan.target.visibility import Visibility as Visibility
     from scanspan.target.visibility import merge as merge
+    from scanspan.view.explain import explain as explain
 
 __version__ = "0.1.0"
 
@@ -58,6 +59,7 @@ _HOMES = {
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "count": "pipeline",
+    "explain": "view.explain",
     "interpolate": "pipeline",
     "load": "assets.load",
     "merge": "target.visibility",

@@ -3,7 +3,7 @@
 The corner first in (y, x) is the top; the upper one of the other two is the breakpoint. Above it the long edge faces the upper
 short edge, below it the lower one. Where an edge crosses a row of samples is a ceiling division, made once at the edge's first
 row; a DDA of quotient and remainder then steps the crossing exactly from row to row, with no slope that could drift. Both ends
-are ceilings, so spans are half-open and neighbours neither overlap nor leave a gap; the lecture's ceiling and floor own both ends.
+are ceilings, so spans are half-open and neighbours neither overlap nor leave a gap; the lecture's ceiling and floor own both.
 The edges are those of the setup, with the rule folded in, so every rule holds here too.
 
 When to choose it: few large triangles, whose rows cost a few additions each. The divisions make tiny triangles dear.

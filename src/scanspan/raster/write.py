@@ -84,10 +84,12 @@ def write_sample_hit(row: Int32Array, q: int, inside: bool, depth: float, number
 
 
 @inline_kernel
-def write_span(write_sample: Callable[..., None], row: Array, setup: TriangleSetup, g1: int, g2: int, number: int) -> None:
+def write_span(
+    write_sample: Callable[..., None], row: Array, setup: TriangleSetup, g1: Integer, g2: Integer, n: Integer
+) -> None:
     """Write a span, all of which is covered.
 
     Shapes  row: a slice of a target; g1, g2: the two integers of the setup's depth at its first sample.
     """
     for i in range(row.shape[0]):
-        write_sample(row, i, True, depth_at(setup, g1 + i * setup.g1_x, g2 + i * setup.g2_x), number)
+        write_sample(row, i, True, depth_at(setup, g1 + i * setup.g1_x, g2 + i * setup.g2_x), n)

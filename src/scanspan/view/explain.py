@@ -1,0 +1,253 @@
+"""Explain: why a pixel shows what it shows.
+
+Every triangle whose box comes near the pixel's sample is tried again, with the setup, the rule and the comparison that made the
+picture, and is given a verdict. Triangles that would cover the sample but for the near plane are listed too.
+
+Verdicts: visible; hidden (by a nearer triangle); outside; excluded edge (the sample lies on an edge that does not own it);
+culled; degenerate (no area after snapping); clipped (cut away by the near or the far plane).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scanspan.errors import InputError
+from scanspan.geometry.fixed_point import product_halves
+from scanspan.jit import kernel
+from scanspan.raster.edge import edge_bias
+from scanspan.raster.options import check_integer, make_sampling
+from scanspan.raster.setup import depth_at, set_up_triangle
+from scanspan.raster.write import is_nearer
+from scanspan.records import Array, Int32Array, Int64Array, Sampling, ScreenTriangles
+from scanspan.target.frame import Frame
+from scanspan.target.visibility import Visibility
+
+VERDICTS = ("visible", "hidden", "outside", "excluded edge", "culled", "degenerate", "clipped")
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What became of one triangle at one sample.
+
+    Attributes
+    ----------
+    primitive : number of the face, segment or point (of the triangle, for a Visibility).
+    triangle : number of the triangle it was tried as, in the order of the scene.
+    verdict : one of VERDICTS.
+    edge_values : exact values of the three edges, opposite corner 0, 1 and 2, in square sub-pixels; positive is inside.
+    depth : as it is compared, 1 near and 0 far; None where the sample is not covered.
+    reason : one sentence.
+    """
+
+    primitive: int
+    triangle: int
+    verdict: str
+    edge_values: tuple[int, int, int] | None
+    depth: float | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """All that came near one pixel, the nearest first. Printed, it is a table.
+
+    Attributes
+    ----------
+    x, y : the pixel.
+    primitive : what is seen, -1 nothing.
+    decisions : one for each triangle or piece of one that came near.
+    """
+
+    x: int
+    y: int
+    primitive: int
+    decisions: tuple[Decision, ...]
+
+    def __str__(self) -> str:
+        seen = "nothing" if self.primitive < 0 else f"primitive {self.primitive}"
+        lines = [f"pixel ({self.x}, {self.y}) shows {seen}; {len(self.decisions)} triangles came near"]
+        for d in self.decisions:
+            values = "" if d.edge_values is None else " ".join(f"{v:+d}" for v in d.edge_values)
+            depth = "" if d.depth is None else f"{d.depth:.9g}"
+            lines.append(f"  {d.primitive:>8}  {d.verdict:<13}  {depth:<14}  {values}")
+            lines.append(f"            {d.reason}")
+        return "\n".join(lines)
+
+
+@kernel
+def find_near_kernel(xy: Int64Array, corners: Int32Array, x: int, y: int, reach: int, near: Array) -> None:
+    """Mark the triangles whose bounding box comes within a reach of a point.
+
+    Shapes  xy: (V, 2); corners: (N, 3); near: (N,) bool, written.
+    Units   sub-pixels.
+    """
+    for n in range(corners.shape[0]):
+        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
+        across = min(xy[p, 0], xy[q, 0], xy[r, 0]) - reach <= x <= max(xy[p, 0], xy[q, 0], xy[r, 0]) + reach
+        near[n] = across and min(xy[p, 1], xy[q, 1], xy[r, 1]) - reach <= y <= max(xy[p, 1], xy[q, 1], xy[r, 1]) + reach
+
+
+def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
+    """Say which triangles were tried at a pixel's centre, what their edge values and depths are, and what decided.
+
+    Parameters
+    ----------
+    frame : what `render` or `rasterize` returned; of a Visibility with several samples, the first one is explained.
+    x, y : the pixel; x to the right, y down.
+
+    Raises
+    ------
+    InputError : when it is neither, or the pixel lies outside the picture.
+
+    Examples
+    --------
+    >>> import scanspan as ss
+    >>> seen = ss.rasterize([(-1, -1, 0, 1), (1, -1, 0, 1), (-1, 1, 0, 1)], [(0, 1, 2)], size=(4, 4))
+    >>> explain(seen, 1, 1).decisions[0].verdict
+    'excluded edge'
+    """
+    if isinstance(frame, Frame):
+        screen, options, plane, draw = frame._screen, frame._options, frame._centre, frame._draw
+        clip, triangles, primitive = draw.clip, draw.triangles, draw.primitive
+    elif isinstance(frame, Visibility) and frame.screen is not None and frame.options is not None:
+        screen, options, plane = frame.screen, frame.options, frame.planes[0]
+        clip, triangles, primitive = screen.clip, frame.triangles, np.arange(len(frame.triangles), dtype=np.int32)
+    else:
+        raise InputError(f"frame: expected what render or rasterize returned, got {type(frame).__name__}")
+    width, height = options.size
+    x, y = check_integer("x", x, 0, width - 1), check_integer("y", y, 0, height - 1)
+    sampling = make_sampling(
+        options.size, plane.offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits
+    )
+
+    # Try everything that comes within half a pixel again.
+    px, py = (x << options.subpixel_bits) + int(plane.offset[0]), (y << options.subpixel_bits) + int(plane.offset[1])
+    near = np.zeros(len(screen.corners), bool)
+    find_near_kernel(screen.xy, screen.corners, px, py, 1 << (options.subpixel_bits - 1), near)
+    tried = [
+        try_triangle(screen, int(n), sampling, (x, y), (px, py), primitive, options.depth_bits) for n in np.flatnonzero(near)
+    ]
+    decisions = compare(tried) + find_clipped(clip, triangles, screen, primitive, (x, y), plane.offset, options)
+    visible = [d.primitive for d in decisions if d.verdict == "visible"]
+    order = {verdict: k for k, verdict in enumerate(VERDICTS)}
+    decisions.sort(key=lambda d: (order[d.verdict], -(d.depth if d.depth is not None else 0.0), d.triangle))
+    return Explanation(x, y, visible[0] if visible else -1, tuple(decisions))
+
+
+def try_triangle(
+    screen: ScreenTriangles, n: int, sampling: Sampling, pixel: tuple[int, int], sample: tuple[int, int], primitive: Array,
+    depth_bits: int,
+) -> Decision:  # fmt: skip
+    """Try one triangle at one sample: its exact edge values, and its depth where it covers the sample."""
+    corners = [screen.xy[v] for v in screen.corners[n]]
+    source = int(screen.source[n])
+    number = int(primitive[source])
+    area = exact_edge(corners[1], corners[2], corners[0])
+    sign = (area > 0) - (area < 0)
+    pairs = ((1, 2), (2, 0), (0, 1))
+    values = tuple(sign * exact_edge(corners[a], corners[b], sample) for a, b in pairs)
+    known = (number, source)
+    edges = (values[0], values[1], values[2])
+    if sign == 0:
+        return Decision(*known, "degenerate", edges, None, "its corners lie on one line after snapping to the grid")
+    if sign == sampling.cull:
+        facing = "clockwise, a back face" if sign > 0 else "counter-clockwise, a front face"
+        return Decision(*known, "culled", edges, None, f"as seen it runs {facing}")
+    if min(values) < 0:
+        k = int(np.argmin(values))
+        return Decision(*known, "outside", edges, None, f"the edge opposite corner {k} has the sample on its outer side")
+
+    # Find out which edge does not own the sample, if the sample lies on one.
+    for k, (a, b) in enumerate(pairs):
+        if values[k] == 0 and not owns(corners[a], corners[b], sign, bool(screen.inner[n] >> k & 1), sampling):
+            return Decision(
+                *known, "excluded edge", edges, None, f"the sample lies on the edge opposite corner {k}, which does not own it"
+            )
+    within = sampling._replace(x_start=pixel[0], x_end=pixel[0] + 1, y_start=pixel[1], y_end=pixel[1] + 1)
+    p, q, r = screen.corners[n]
+    xy, depths = screen.xy, screen.depth
+    setup = set_up_triangle(
+        xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], depths[p], depths[q], depths[r],
+        np.int64(screen.inner[n]), within,
+    )  # fmt: skip
+    depth = float(depth_at(setup, setup.g1, setup.g2))
+    return Decision(*known, "visible", edges, depth if depth_bits == 64 else float(np.float32(depth)), "")
+
+
+def exact_edge(a: Any, b: Any, sample: Any) -> int:
+    """Return the exact value of the edge from a to b at a sample, in square sub-pixels."""
+    ax, ay, bx, by = int(a[0]), int(a[1]), int(b[0]), int(b[1])
+    high, low = product_halves(
+        np.int64(ay - by), np.int64(bx - ax), np.int64(int(sample[0]) - ax), np.int64(int(sample[1]) - ay)
+    )
+    return (int(high) << 20) + int(low)
+
+
+def owns(a: Any, b: Any, sign: int, is_inner: bool, sampling: Sampling) -> bool:
+    """Say whether an edge owns the samples on it; a counter-clockwise triangle's edges are turned round first."""
+    start, end = (a, b) if sign > 0 else (b, a)
+    bias = edge_bias(
+        np.int64(start[1] - end[1]), np.int64(end[0] - start[0]), np.int64(start[0]), np.int64(start[1]), is_inner,
+        sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w,
+    )  # fmt: skip
+    return bool(bias == 0)
+
+
+def compare(tried: list[Decision]) -> list[Decision]:
+    """Let the decisions that cover the sample hide each other, by the comparison of the writers."""
+    covering = [(d.depth, d) for d in tried if d.depth is not None]
+    if not covering:
+        return tried
+    depth, best = covering[0]
+    for other_depth, d in covering[1:]:
+        if is_nearer(other_depth, d.triangle, depth, best.triangle):
+            depth, best = other_depth, d
+    found = []
+    for d in tried:
+        if d is best:
+            many = len(covering)
+            reason = "it alone covers the sample" if many == 1 else f"it is the nearest of {many} that cover the sample"
+            found.append(Decision(d.primitive, d.triangle, "visible", d.edge_values, d.depth, reason))
+        elif d.verdict == "visible":
+            how = "is nearer" if best.depth != d.depth else "has the same depth and the lower number"
+            reason = f"primitive {best.primitive} {how}"
+            found.append(Decision(d.primitive, d.triangle, "hidden", d.edge_values, d.depth, reason))
+        else:
+            found.append(d)
+    return found
+
+
+def find_clipped(
+    clip: Array, triangles: Int32Array, screen: ScreenTriangles, primitive: Array, pixel: tuple[int, int], offset: Array,
+    options: Any,
+) -> list[Decision]:  # fmt: skip
+    """Return the triangles that cover the sample as they came, but not where the planes have left them.
+
+    Source: Olano and Greer 1997: a point of the image lies in a triangle where the three rows of the inverse of its homogeneous
+    corners are positive. In floating point, as it says only what is gone.
+    """
+    whole = np.zeros(len(triangles), bool)
+    whole[screen.source[screen.piece < 0]] = True
+    gone = np.flatnonzero(~whole)
+    if not len(gone):
+        return []
+    unit = float(1 << options.subpixel_bits)
+    x = (pixel[0] + offset[0] / unit) / options.size[0] * 2 - 1
+    y = 1 - (pixel[1] + offset[1] / unit) / options.size[1] * 2
+    corners = clip[triangles[gone]]
+    matrix = corners[:, :, [0, 1, 3]]
+    weights = np.stack([np.cross(matrix[:, (k + 1) % 3], matrix[:, (k + 2) % 3]) for k in range(3)], axis=1)
+    volume = np.einsum("nk,nk->n", matrix[:, 0], weights[:, 0])
+    shares = np.einsum("nkc,c->nk", weights, [x, y, 1.0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares /= volume[:, None]
+        inside = (shares > 0).all(axis=1)
+        at = np.einsum("nk,nkc->nc", shares, corners) / shares.sum(axis=1)[:, None]
+    found = []
+    for k in np.flatnonzero(inside & ~(at[:, 2] + at[:, 3] >= 0)):
+        n = int(gone[k])
+        found.append(Decision(int(primitive[n]), n, "clipped", None, None, "it lies in front of the near plane there"))
+    return found
