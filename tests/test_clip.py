@@ -18,7 +18,7 @@ def hits_of(clip, triangles, *, bits=8, far=False, rule="top-left"):
     screen = to_screen(np.asarray(clip, float), np.asarray(triangles, np.int32), SIZE, bits, far)
     sampling = make_sampling(SIZE, (1 << (bits - 1),) * 2, rule=rule, cull="none", subpixel_bits=bits)
     hits = np.zeros(SIZE[::-1], np.int32)
-    run("half-space", "hits", hits, screen, sampling, 1)
+    run("half-space", "rows", "hits", hits, screen, sampling, 1)
     return hits, screen
 
 

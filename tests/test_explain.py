@@ -65,7 +65,7 @@ def test_each_verdict_has_its_case():
     assert verdict([(0, 1, 2)], 0, 3).reason == "it alone covers the sample"
     assert verdict([(0, 1, 2)], 1, 1).verdict == "excluded edge"
     assert verdict([(0, 1, 2)], 1, 1).edge_values.count(0) == 1
-    assert verdict([(0, 1, 2)], 3, 0).verdict == "outside"
+    assert verdict([(0, 1, 2)], 2, 1).verdict == "outside"
     assert verdict([(0, 1, 2)], 0, 3, cull="front").verdict == "culled"
     assert "front face" in verdict([(0, 1, 2)], 0, 3, cull="front").reason
     assert verdict([(0, 1, 1)], 2, 3).verdict == "degenerate"

@@ -120,7 +120,9 @@ def render(
     check_shading(shading)
     bits = check_subpixel_bits(subpixel_bits)
     offsets, centre_offset = sample_offsets(samples, bits), sample_offsets(1, bits)[0]
-    options = RasterOptions(check_pixels(size, max_pixels), algorithm, "top-left", cull, bits, 32, check_threads(threads))
+    options = RasterOptions(
+        check_pixels(size, max_pixels), algorithm, order, "top-left", cull, bits, 32, check_threads(threads)
+    )
     make_sampling(options.size, centre_offset, rule=options.rule, cull=cull, subpixel_bits=bits)
     behind = make_background(background, options.size, blend)
     angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
@@ -239,9 +241,8 @@ def rasterize(
     sample_offsets(samples, bits)
     if not isinstance(depth_bits, (int, np.integer)) or depth_bits not in (32, 64):
         raise InputError(f"depth_bits = {depth_bits!r}: must be 32 or 64")
-    options = RasterOptions(
-        check_pixels(size, max_pixels), algorithm, rule, cull, bits, int(depth_bits), check_threads(threads)
-    )
+    pixels = check_pixels(size, max_pixels)
+    options = RasterOptions(pixels, algorithm, order, rule, cull, bits, int(depth_bits), check_threads(threads))
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
     vertices, corners = check_clip(clip, triangles, nonfinite)
     return rasterize_triangles(to_screen(vertices, corners, options.size, bits), corners, int(samples), options)
@@ -322,20 +323,20 @@ def count(
     sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
     screen = screen_triangles(check_screen_triangles(vertices, nonfinite), bits)
     hits = np.zeros((height, width), np.int32)
-    run(algorithm, "hits", hits, screen, sampling, check_threads(threads))
+    run(algorithm, order, "hits", hits, screen, sampling, check_threads(threads))
     return hits
 
 
 def count_each(
-    vertices: ArrayLike, size: tuple[int, int], *, algorithm: str = "half-space", cull: str = "none",
+    vertices: ArrayLike, size: tuple[int, int], *, algorithm: str = "half-space", order: str = "rows", cull: str = "none",
     rule: str | OffscreenPoint = "top-left", subpixel_bits: int = 8,
 ) -> NDArray[np.int32]:  # fmt: skip
     """Count as `count` does, but every triangle alone in an image of its own: (N, H, W) int32, for checking many at once."""
-    check_algorithm(algorithm, "rows", "sample")
+    check_algorithm(algorithm, order, "sample")
     width, height = check_size(size)
     bits = check_subpixel_bits(subpixel_bits)
     sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
     screen = screen_triangles(check_screen_triangles(vertices, "error"), bits)
     hits = np.zeros((len(screen.corners), height, width), np.int32)
-    run_each(algorithm, "hits", hits, screen, sampling)
+    run_each(algorithm, order, "hits", hits, screen, sampling)
     return hits

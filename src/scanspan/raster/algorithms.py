@@ -10,33 +10,44 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from threading import Event
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from scanspan.errors import unknown_name
+from scanspan.errors import InputError, unknown_name
 from scanspan.raster import edge_walk, half_space
+from scanspan.raster import order as orders
 from scanspan.records import Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
     "half-space": "edge equations over the bounding box of each triangle",
     "edge-walk": "step down the left and the right edge, and fill the span between them",
 }
-ORDERS = {"rows": "row by row, from left to right"}
+ORDERS = {
+    "rows": "row by row, from left to right",
+    "serpentine": "row by row, to and fro",
+    "tiles": "blocks of 8 x 8 samples, row by row",
+    "morton": "blocks along Morton's curve, a Z in every square",
+    "hilbert": "blocks along Hilbert's curve, from neighbour to neighbour",
+}
 COVERAGES = {"sample": "a pixel is covered where its sample is"}
 
-# The kernel of each algorithm for each kind of target (raster/write.py).
-KERNELS: dict[str, dict[str, Callable[..., None]]] = {
+KINDS = ("keys", "pairs", "hits")  # the targets of raster/write.py
+
+
+def kernels_of(module: ModuleType, name: str) -> dict[str, Callable[..., None]]:
+    """Return the kernels of a traversal by the kind of target that they write."""
+    return {kind: getattr(module, f"{name}_{kind}") for kind in KINDS}
+
+
+# The kernels of each algorithm, by the orders that it knows.
+KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
     "half-space": {
-        "keys": half_space.half_space_keys,
-        "pairs": half_space.half_space_pairs,
-        "hits": half_space.half_space_hits,
+        "rows": kernels_of(half_space, "half_space"),
+        **{name: kernels_of(orders, name) for name in ORDERS if name != "rows"},
     },
-    "edge-walk": {
-        "keys": edge_walk.edge_walk_keys,
-        "pairs": edge_walk.edge_walk_pairs,
-        "hits": edge_walk.edge_walk_hits,
-    },
+    "edge-walk": {"rows": kernels_of(edge_walk, "edge_walk")},
 }
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
@@ -54,21 +65,27 @@ def check_algorithm(algorithm: str, order: str, coverage: str) -> None:
     ):
         if not isinstance(name, str) or name not in valid:
             raise unknown_name(kind, name, valid)
+    if order not in KERNELS[algorithm]:
+        raise InputError(
+            f"order = {order!r}: the algorithm {algorithm!r} knows {', '.join(map(repr, KERNELS[algorithm]))} alone"
+        )
 
 
-def run(algorithm: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> None:
+def run(
+    algorithm: str, order: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int
+) -> None:
     """Scan-convert all triangles into a target.
 
     Parameters
     ----------
-    algorithm : a name of ALGORITHMS.
+    algorithm, order : names of ALGORITHMS and ORDERS that go together.
     kind : "keys", "pairs" or "hits": what the target holds.
     target : (H, W) or (H, W, 2), see raster/write.py.
     triangles : from geometry.
     sampling : the rectangle, sample and rule.
     threads : how many threads share the rows.
     """
-    kernel = KERNELS[algorithm][kind]
+    kernel = KERNELS[algorithm][order][kind]
     count = len(triangles.corners)
 
     def scan_band(y_start: int, y_end: int, stop: Event) -> None:
@@ -119,8 +136,8 @@ def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int,
             raise
 
 
-def run_each(algorithm: str, kind: str, targets: Array, triangles: ScreenTriangles, sampling: Sampling) -> None:
+def run_each(algorithm: str, order: str, kind: str, targets: Array, triangles: ScreenTriangles, sampling: Sampling) -> None:
     """Scan-convert triangle n alone into targets[n], with the same kernel that `run` uses."""
-    kernel = KERNELS[algorithm][kind]
+    kernel = KERNELS[algorithm][order][kind]
     for n in range(len(triangles.corners)):
         kernel(targets[n], triangles, n, n + 1, sampling)

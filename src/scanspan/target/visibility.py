@@ -30,6 +30,7 @@ class RasterOptions(NamedTuple):
 
     size: tuple[int, int]
     algorithm: str
+    order: str
     rule: str | OffscreenPoint
     cull: str
     subpixel_bits: int
@@ -72,11 +73,11 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
     if options.depth_bits == 64:
         pairs = np.empty((height, width, 2))
         pairs[...] = (-np.inf, -1.0)
-        run(options.algorithm, "pairs", pairs, triangles, sampling, options.threads)
+        run(options.algorithm, options.order, "pairs", pairs, triangles, sampling, options.threads)
         return Plane(offset, pairs[..., 1].astype(np.int32), pairs[..., 0].copy())
 
     keys = np.full((height, width), EMPTY_KEY)
-    run(options.algorithm, "keys", keys, triangles, sampling, options.threads)
+    run(options.algorithm, options.order, "keys", keys, triangles, sampling, options.threads)
     slot, depth = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
 
     def unpack(y_start: int, y_end: int, stop: Event) -> None:

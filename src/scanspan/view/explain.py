@@ -1,6 +1,6 @@
 """Explain: why a pixel shows what it shows.
 
-Every triangle whose box comes near the pixel's sample is tried again, with the setup, the rule and the comparison that made the
+Every triangle that comes within a pixel of the sample is tried again, with the setup, the rule and the comparison that made the
 picture, and is given a verdict. Triangles that would cover the sample but for the near plane are listed too.
 
 Verdicts: visible; hidden (by a nearer triangle); outside; excluded edge (the sample lies on an edge that does not own it);
@@ -9,6 +9,7 @@ culled; degenerate (no area after snapping); clipped (cut away by the near or th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -123,77 +124,97 @@ def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
         options.size, plane.offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits
     )
 
-    # Try everything that comes within half a pixel again.
+    # Try everything that comes within a pixel again.
     px, py = (x << options.subpixel_bits) + int(plane.offset[0]), (y << options.subpixel_bits) + int(plane.offset[1])
     near = np.zeros(len(screen.corners), bool)
-    find_near_kernel(screen.xy, screen.corners, px, py, 1 << (options.subpixel_bits - 1), near)
-    tried = [
-        try_triangle(screen, int(n), sampling, (x, y), (px, py), primitive, options.depth_bits) for n in np.flatnonzero(near)
-    ]
-    decisions = compare(tried) + find_clipped(clip, triangles, screen, primitive, (x, y), plane.offset, options)
+    find_near_kernel(screen.xy, screen.corners, px, py, 1 << options.subpixel_bits, near)
+    places = ((x, y), (px, py))
+    tries = [try_triangle(screen, int(n), sampling, *places, primitive, options.depth_bits) for n in np.flatnonzero(near)]
+    decisions = compare([decision for decision in tries if decision is not None]) + find_clipped(
+        clip, triangles, screen, primitive, (x, y), plane.offset, options
+    )
     visible = [d.primitive for d in decisions if d.verdict == "visible"]
     order = {verdict: k for k, verdict in enumerate(VERDICTS)}
     decisions.sort(key=lambda d: (order[d.verdict], -(d.depth if d.depth is not None else 0.0), d.triangle))
     return Explanation(x, y, visible[0] if visible else -1, tuple(decisions))
 
 
+@kernel
+def probe_kernel(
+    triangles: ScreenTriangles, n: int, sampling: Sampling, x: int, y: int, halves: Int64Array, owns: Array
+) -> float:
+    """Write the exact values of a triangle's edges at a sample, and of its area, and return its depth there.
+
+    Shapes  triangles: ScreenTriangles; halves: (4, 2) int64, the edges opposite corner 0, 1, 2 as listed, and the area, as
+            (high, low); owns: (3,) bool, whether each edge owns the samples on it. sampling: one pixel, the sample's.
+    Units   x, y and edge values in sub-pixels and their squares. The depth means something where the sample is covered.
+    """
+    xy, depths, corners = triangles.xy, triangles.depth, triangles.corners
+    p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
+    area_high, area_low = product_halves(xy[q, 0] - xy[p, 0], xy[p, 1] - xy[q, 1], xy[r, 1] - xy[p, 1], xy[r, 0] - xy[p, 0])
+    halves[3, 0], halves[3, 1] = area_high, area_low
+    turn = np.int64(-1) if area_high < 0 else np.int64(1)
+    for k in range(3):
+        start, end = corners[n, (k + 1) % 3], corners[n, (k + 2) % 3]
+        a, b = xy[start, 1] - xy[end, 1], xy[end, 0] - xy[start, 0]
+        halves[k, 0], halves[k, 1] = product_halves(a, b, x - xy[start, 0], y - xy[start, 1])
+        is_inner = (triangles.inner[n] >> k) & 1 != 0
+        owns[k] = edge_bias(
+            turn * a, turn * b, xy[start, 0], xy[start, 1], is_inner,
+            sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w,
+        ) == 0  # fmt: skip
+    t = set_up_triangle(
+        xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
+        depths[p], depths[q], depths[r], np.int64(triangles.inner[n]), sampling,
+    )  # fmt: skip
+    return depth_at(t, t.g1, t.g2)
+
+
 def try_triangle(
     screen: ScreenTriangles, n: int, sampling: Sampling, pixel: tuple[int, int], sample: tuple[int, int], primitive: Array,
     depth_bits: int,
-) -> Decision:  # fmt: skip
-    """Try one triangle at one sample: its exact edge values, and its depth where it covers the sample."""
-    corners = [screen.xy[v] for v in screen.corners[n]]
-    source = int(screen.source[n])
-    number = int(primitive[source])
-    area = exact_edge(corners[1], corners[2], corners[0])
+) -> Decision | None:  # fmt: skip
+    """Try one triangle at one sample: its exact edge values, and its depth where it covers it; None if it is not near."""
+    halves, owns = np.empty((4, 2), np.int64), np.empty(3, bool)
+    within = sampling._replace(x_start=pixel[0], x_end=pixel[0] + 1, y_start=pixel[1], y_end=pixel[1] + 1)
+    depth = float(probe_kernel(screen, n, within, *sample, halves, owns))
+    *values, area = ((int(high) << 20) + int(low) for high, low in halves)
     sign = (area > 0) - (area < 0)
-    pairs = ((1, 2), (2, 0), (0, 1))
-    values = tuple(sign * exact_edge(corners[a], corners[b], sample) for a, b in pairs)
-    known = (number, source)
-    edges = (values[0], values[1], values[2])
+    edges = (values[0] * (sign or 1), values[1] * (sign or 1), values[2] * (sign or 1))
+    if not is_within_reach(screen, n, edges if sign else (-abs(edges[0]), -abs(edges[1]), -abs(edges[2])), sampling):
+        return None
+
+    source = int(screen.source[n])
+    known = (int(primitive[source]), source)
     if sign == 0:
         return Decision(*known, "degenerate", edges, None, "its corners lie on one line after snapping to the grid")
     if sign == sampling.cull:
         facing = "clockwise, a back face" if sign > 0 else "counter-clockwise, a front face"
         return Decision(*known, "culled", edges, None, f"as seen it runs {facing}")
-    if min(values) < 0:
-        k = int(np.argmin(values))
+    if min(edges) < 0:
+        k = edges.index(min(edges))
         return Decision(*known, "outside", edges, None, f"the edge opposite corner {k} has the sample on its outer side")
-
-    # Find out which edge does not own the sample, if the sample lies on one.
-    for k, (a, b) in enumerate(pairs):
-        if values[k] == 0 and not owns(corners[a], corners[b], sign, bool(screen.inner[n] >> k & 1), sampling):
-            return Decision(
-                *known, "excluded edge", edges, None, f"the sample lies on the edge opposite corner {k}, which does not own it"
-            )
-    within = sampling._replace(x_start=pixel[0], x_end=pixel[0] + 1, y_start=pixel[1], y_end=pixel[1] + 1)
-    p, q, r = screen.corners[n]
-    xy, depths = screen.xy, screen.depth
-    setup = set_up_triangle(
-        xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], depths[p], depths[q], depths[r],
-        np.int64(screen.inner[n]), within,
-    )  # fmt: skip
-    depth = float(depth_at(setup, setup.g1, setup.g2))
+    for k in range(3):
+        if edges[k] == 0 and not owns[k]:
+            reason = f"the sample lies on the edge opposite corner {k}, which does not own it"
+            return Decision(*known, "excluded edge", edges, None, reason)
     return Decision(*known, "visible", edges, depth if depth_bits == 64 else float(np.float32(depth)), "")
 
 
-def exact_edge(a: Any, b: Any, sample: Any) -> int:
-    """Return the exact value of the edge from a to b at a sample, in square sub-pixels."""
-    ax, ay, bx, by = int(a[0]), int(a[1]), int(b[0]), int(b[1])
-    high, low = product_halves(
-        np.int64(ay - by), np.int64(bx - ax), np.int64(int(sample[0]) - ax), np.int64(int(sample[1]) - ay)
-    )
-    return (int(high) << 20) + int(low)
+def is_within_reach(screen: ScreenTriangles, n: int, edges: tuple[int, int, int], sampling: Sampling) -> bool:
+    """Say whether a sample is at most a pixel outside of every edge of a triangle."""
+    corners = screen.xy[screen.corners[n]]
+    for k in range(3):
+        length = math.hypot(*(corners[(k + 2) % 3] - corners[(k + 1) % 3]).tolist())
+        if edges[k] < -length * (1 << sampling.subpixel_bits):
+            return False
+    return True
 
 
-def owns(a: Any, b: Any, sign: int, is_inner: bool, sampling: Sampling) -> bool:
-    """Say whether an edge owns the samples on it; a counter-clockwise triangle's edges are turned round first."""
-    start, end = (a, b) if sign > 0 else (b, a)
-    bias = edge_bias(
-        np.int64(start[1] - end[1]), np.int64(end[0] - start[0]), np.int64(start[0]), np.int64(start[1]), is_inner,
-        sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w,
-    )  # fmt: skip
-    return bool(bias == 0)
+@kernel
+def is_hidden_kernel(depth: float, number: int, other_depth: float, other_number: int) -> bool:
+    """Say whether the first sample is hidden by the second, by the comparison of the writers."""
+    return is_nearer(other_depth, other_number, depth, number)
 
 
 def compare(tried: list[Decision]) -> list[Decision]:
@@ -203,7 +224,7 @@ def compare(tried: list[Decision]) -> list[Decision]:
         return tried
     depth, best = covering[0]
     for other_depth, d in covering[1:]:
-        if is_nearer(other_depth, d.triangle, depth, best.triangle):
+        if is_hidden_kernel(depth, best.triangle, other_depth, d.triangle):
             depth, best = other_depth, d
     found = []
     for d in tried:

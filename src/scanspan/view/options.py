@@ -74,6 +74,7 @@ Cull = Annotated[str, _look(metavar="NAME", help="Leave out one side of the face
 NoTextures = Annotated[bool, _look("--no-textures", help="Leave the textures out.")]
 Samples = Annotated[int, _look(metavar="N", help="Samples a pixel: 1, 2, 4, 8 or 16. More are smoother.")]
 Algorithm = Annotated[str, _limit(metavar="NAME", help="All paint the same picture; `scanspan info` lists them.")]
+Order = Annotated[str, _limit(metavar="NAME", help="rows, serpentine, tiles, morton or hilbert; the picture is the same.")]
 Threads = Annotated[int | None, _limit(metavar="N", help="By default one for each processor. The picture is the same.")]
 MaxPixels = Annotated[int | None, _limit(metavar="N", help="Refuse larger pictures; 268435456 by default.")]
 MaxBytes = Annotated[int | None, _limit(metavar="N", help="Refuse larger files; 2147483648 by default.")]

@@ -23,6 +23,7 @@ import typer
 from typer.main import get_command
 
 from scanspan import __version__
+from scanspan.cli import study
 from scanspan.errors import InputError, ScanspanError, unknown_name
 from scanspan.view import options
 from scanspan.view.reporter import Reporter, to_line
@@ -112,6 +113,7 @@ def render(
     no_textures: options.NoTextures = False,
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
+    order: options.Order = "rows",
     threads: options.Threads = None,
     max_pixels: options.MaxPixels = None,
     max_bytes: options.MaxBytes = None,
@@ -151,7 +153,8 @@ def render(
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
-        "textures": not no_textures, "samples": samples, "algorithm": algorithm, "threads": threads, "max_pixels": max_pixels,
+        "textures": not no_textures, "samples": samples, "algorithm": algorithm, "order": order, "threads": threads,
+        "max_pixels": max_pixels,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
@@ -165,6 +168,10 @@ def render(
     with Reporter(verbose) as reporter:
         printed = run(request, reporter)
     write_out(printed)
+
+
+app.command()(study.explain)
+app.command()(study.algorithms)
 
 
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
@@ -350,6 +357,7 @@ def run_all_kernels(reporter: Reporter) -> None:
     import numpy as np
 
     import scanspan as ss
+    from scanspan.raster.algorithms import KERNELS
 
     # One scene has it all: a mesh that crosses the near plane, with a texture and colours, a mirrored one, segments and points.
     corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -363,18 +371,19 @@ def run_all_kernels(reporter: Reporter) -> None:
     ]  # fmt: skip
     scene = ss.Scene(instances)
     inside = ss.Camera.look_at((0.9, 0.8, 0.7), (-1, -1, -1), near=0.5, far=9.0)
-    for algorithm in ss.ALGORITHMS:
-        reporter.stage(f"compiling {algorithm}")
-        for shading, cull, blend in (("auto", "none", "linear"), ("smooth", "back", "srgb"), ("flat", "front", "linear")):
-            look = {"shading": shading, "cull": cull, "blend": blend, "edges": True, "samples": 2, "algorithm": algorithm}
-            frame = ss.render(scene, inside, (24, 16), **look)  # type: ignore[arg-type]
-            frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
-        clip = np.concatenate([corners, np.full((8, 1), 1.5)], axis=1)
-        for depth_bits in (32, 64):
-            seen = ss.rasterize(clip, box.triangles, (8, 8), algorithm=algorithm, depth_bits=depth_bits)
-            ss.interpolate(seen, corners)
-            ss.merge(seen, seen)
-        ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm)
+    for shading, cull, blend in (("auto", "none", "linear"), ("smooth", "back", "srgb"), ("flat", "front", "linear")):
+        frame = ss.render(scene, inside, (24, 16), shading=shading, cull=cull, blend=blend, edges=True, samples=2)
+        frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
+    ss.explain(frame, 12, 8)
+    clip = np.concatenate([corners, np.full((8, 1), 1.5)], axis=1)
+    for algorithm, known in KERNELS.items():
+        for order in known:
+            reporter.stage(f"compiling {algorithm} in {order}")
+            for depth_bits in (32, 64):
+                seen = ss.rasterize(clip, box.triangles, (8, 8), algorithm=algorithm, order=order, depth_bits=depth_bits)
+                ss.interpolate(seen, corners)
+                ss.merge(seen, seen)
+            ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm, order=order)
 
 
 def write_out(content: bytes | str) -> None:

@@ -1,0 +1,53 @@
+"""The commands to study with: explain, and algorithms."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import scanspan as ss
+from scanspan.cli import main
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    """Give a function that runs the command beside a small model: exit code, standard output, standard error."""
+    (tmp_path / "model.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words):
+        code = main(words)
+        written = capsys.readouterr()
+        return code, written.out, written.err
+
+    return call
+
+
+def test_explain_prints_what_decided(run):
+    code, out, _ = run("explain", "model.obj", "--pixel", "60,45", "--size", "120x90")
+    assert code == 0
+    assert re.match(r"pixel \(60, 45\) shows primitive \d+; \d+ triangles came near", out)
+    assert "visible" in out
+    for pixel, message in (("60", "--pixel = '60': expected X,Y, two whole numbers"), ("120,0", "x = 120: must be a whole")):
+        code, out, err = run("explain", "model.obj", "--pixel", pixel, "--size", "120x90")
+        assert code == 2
+        assert message in err
+        assert out == ""
+
+
+def test_algorithms_says_that_all_are_identical(run):
+    code, out, _ = run("algorithms", "model.obj", "--size", "64x48", "--repeats", "1")
+    assert code == 0
+    assert out.splitlines()[-1] == "all identical"
+    for name in (*ss.ALGORITHMS, *ss.ORDERS):
+        assert name in out
+
+
+def test_algorithms_notices_a_difference(run, monkeypatch):
+    from scanspan.raster import algorithms
+
+    monkeypatch.setitem(algorithms.KERNELS, "edge-walk", {"rows": {"keys": lambda *arguments: None}})
+    code, out, _ = run("algorithms", "model.obj", "--size", "64x48", "--repeats", "1")
+    assert code == 1
+    assert "DIFFERENT" in out
