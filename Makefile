@@ -3,7 +3,7 @@
 # All paths are relative, because make splits names at spaces and the repository may lie in a folder with one.
 
 SHELL = /bin/sh
-RUN = NUMBA_CACHE_DIR="$$(.venv/bin/python scripts/kernel_cache.py)" .venv/bin/python
+RUN = .venv/bin/python
 SETUP = PYTHON="$(PYTHON)" sh scripts/setup.sh
 PYTHON =
 SEED = 1

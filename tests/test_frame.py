@@ -202,6 +202,9 @@ def test_saving_and_showing(frame, tmp_path):
     frame.save(tmp_path / "b.npz", ["depth"])
     with np.load(tmp_path / "b.npz") as arrays:
         assert set(arrays) == {"depth"}
+    with pytest.raises(ss.InputError, match=r"^fields = 'depth': only .npz holds fields, not '.*a.npy'$"):
+        frame.save(tmp_path / "a.npy", "depth")
+    frame.save(tmp_path / "d.npz", "depth")
     with pytest.raises(ss.InputError, match=r"unknown field 'deep'; did you mean 'depth'\?"):
         frame.save(tmp_path / "c.npz", ["deep"])
     assert not (tmp_path / "c.npz").exists()
@@ -242,6 +245,9 @@ def test_repr_counts_the_primitives_that_are_seen():
         ({"blend": "gamma"}, "unknown blend 'gamma'"),
         ({"size": (100000, 100000)}, "pixels"),
         ({"samples": 5}, "samples = 5: must be one of"),
+        ({"edges": "no"}, "edges = 'no': must be True or False"),
+        ({"two_sided": 3}, "two_sided = 3: must be True or False"),
+        ({"textures": None}, "textures = None: must be True or False"),
     ],
 )
 def test_what_cannot_be_used_is_quoted(options, message):
@@ -249,3 +255,17 @@ def test_what_cannot_be_used_is_quoted(options, message):
     with pytest.raises(ss.InputError, match=message) as caught:
         ss.render(**arguments)
     assert "\n" not in str(caught.value)
+
+
+def test_a_mesh_cannot_be_changed_behind_its_checks():
+    """A Mesh owns read-only arrays, so no index reaches a kernel that was not checked."""
+    positions, triangles = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0.0)]), np.array([(0, 1, 2)], np.int32)
+    mesh = ss.Mesh(positions, triangles)
+    triangles[0, 2] = 200_000_000
+    positions[:] = np.nan
+    frame = ss.render(mesh, "front", (32, 24))
+    assert frame.coverage > 0.1
+    assert np.isfinite(frame.position[frame.primitive >= 0]).all()
+    for array in (mesh.positions, mesh.triangles, mesh.source, mesh.inner):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1

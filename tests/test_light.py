@@ -37,7 +37,8 @@ def plain_model(normals: Array, base: Array, viewers: Array, lights: Lights, two
     n = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     v = viewers / np.linalg.norm(viewers, axis=1, keepdims=True)
     if two_sided:
-        n = np.where((n * v).sum(axis=1, keepdims=True) < 0, -n, n)
+        facing = (n * v).sum(axis=1, keepdims=True)
+        n = np.where(facing >= 0, n, np.where(facing > -0.3, n - 2 * facing * v, -n))
     sky = (0.5 + 0.5 * (n @ lights.up.astype(float)))[:, None]
     turned = np.clip(n @ lights.key_direction.astype(float), 0, None)[:, None]
     half = v + lights.key_direction
@@ -83,6 +84,13 @@ def test_two_sides_are_lit_alike_and_one_side_alone_is_not() -> None:
     for two_sided in (0, 1):
         front, back = lit([normal, -normal], [1, 1, 1, 1], (1, 1, 1), lights, two_sided)
         assert np.array_equal(front, back) == bool(two_sided)
+
+
+def test_normals_that_lean_back_at_an_outline_are_lit_from_their_own_side() -> None:
+    """Across an outline the light changes gently, and does not jump to that of the far side."""
+    lights, viewer = lights_from((0, 0, 1)), (0, 0, 1)
+    before, after = lit([(1, 0, 0.02), (1, 0, -0.02)], [1, 1, 1, 1], viewer, lights)
+    assert np.abs(before - after).max() < 1e-6
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 0), (np.nan, 0, 0), (np.inf, 0, 0), (1e-30, 0, 0)])

@@ -56,18 +56,21 @@ def test_any_layout_gives_one_layout_and_is_not_changed(number: int) -> None:
     assert mesh.positions.dtype == np.float64
     assert mesh.positions.flags.c_contiguous
     assert mesh.positions.flags.aligned
-    assert mesh.positions.flags.writeable
+    assert not mesh.positions.flags.writeable
+    assert not np.shares_memory(mesh.positions, given)
     assert type(mesh.positions) is np.ndarray
     assert np.array_equal(given, before)
 
 
-def test_nothing_is_copied_without_need() -> None:
+def test_a_mesh_owns_what_it_holds() -> None:
     triangles = np.array(TWO, dtype=np.int32)
     color = np.full((4, 4), 7, dtype=np.uint8)
     mesh = Mesh(POSITIONS, triangles, attributes={"color": color})
-    assert mesh.positions is POSITIONS
-    assert mesh.triangles is triangles
-    assert np.shares_memory(mesh.attributes["color"], color)
+    for held, given in ((mesh.positions, POSITIONS), (mesh.triangles, triangles), (mesh.attributes["color"], color)):
+        assert not np.shares_memory(held, given)
+        assert not held.flags.writeable
+    again = Mesh(mesh.positions, mesh.triangles, attributes=mesh.attributes)
+    assert np.array_equal(again.positions, POSITIONS)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.uint32, np.int64, np.uint64, np.float32, ">i4"])

@@ -315,3 +315,17 @@ def test_interpolation_is_right_to_a_few_bits(rng, ratio):
             share = [v / Fraction(float(z)) for v, z in zip(e, clip[:, 3], strict=True)]
             exact = sum(s * Fraction(float(v)) for s, v in zip(share, values, strict=True)) / sum(share)
             assert abs(Fraction(float(found[y, x])) - exact) <= Fraction(1, 10**15) * Fraction(float(np.abs(values).max()))
+
+
+def test_triangles_that_change_later_do_no_harm():
+    triangles = np.array([(0, 1, 2)], np.int32)
+    seen = ss.rasterize(CLIP, triangles, (4, 4))
+    triangles[:] = 200_000_000
+    assert np.array_equal(ss.interpolate(seen, [1.0, 1.0, 1.0]), np.ones((4, 4)))
+
+
+def test_odd_values_and_merges_are_refused_or_empty():
+    seen = ss.rasterize(CLIP, [(0, 1, 2)], (4, 4))
+    assert ss.interpolate(seen, np.zeros((3, 0))).shape == (4, 4, 0)
+    with pytest.raises(ss.InputError, match=r"^merge: b must be a Visibility, got NoneType$"):
+        ss.merge(seen, None)

@@ -9,7 +9,9 @@ No fastmath and no contraction: the same bits on every processor.
 
 from __future__ import annotations
 
+import hashlib
 import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -31,39 +33,56 @@ def _is_writable(folder: Path) -> bool:
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
 
 
-def cache_folder() -> str:
-    """Return the folder for machine code when numba's own choices are all unwritable, else an empty string.
+def source_hash() -> str:
+    """Return a hash of the names and contents of all sources of the package."""
+    digest = hashlib.sha256()
+    package = Path(__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
 
-    numba writes beside the source, else into the user's cache folder, else it raises. In a read-only install without a home a
-    private folder among the temporary files takes that place. Its name carries the user and its owner is checked, because what
-    lies in it is run.
+
+def cache_folder() -> str:
+    """Return the folder for machine code: beside the sources, else in the user's cache, else among the temporary files.
+
+    Its name holds a hash of the sources. numba compares only the file that a kernel stands in, and would go on running what was
+    compiled from a helper in another file before that was changed. NUMBA_CACHE_DIR, where it is set, is used as it is. In a
+    read-only install without a home, a private folder among the temporary files takes the place of both; its owner is checked,
+    because what lies in it is run.
     """
-    if config.CACHE_DIR or _is_writable(Path(__file__).parent / "__pycache__"):
-        return ""
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    if _is_writable(Path(home) / "numba"):
-        return ""
+    if config.CACHE_DIR:
+        return str(config.CACHE_DIR)
+    name = f"kernels-{source_hash()}"
+    beside = Path(__file__).parent / "__pycache__"
+    if _is_writable(beside):
+        # Leave no folders of older sources behind.
+        for old in beside.glob("kernels-*"):
+            if old.name != name:
+                shutil.rmtree(old, ignore_errors=True)
+        return str(beside / name)
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")) / "scanspan"
+    if _is_writable(home):
+        return str(home / name)
     user = os.getuid() if hasattr(os, "getuid") else 0
     folder = Path(tempfile.gettempdir()) / f"scanspan-kernels-{user}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         trusted = not hasattr(os, "getuid") or (folder.stat().st_uid == user and not folder.is_symlink())
         if trusted and _is_writable(folder):
-            return str(folder)
+            return str(folder / name)
     except OSError:
         pass
     return tempfile.mkdtemp(prefix="scanspan-kernels-")
 
 
-_FALLBACK_FOLDER = cache_folder()
+CACHE_FOLDER = cache_folder()
 
 
 def _declare(function: Function, **options: Any) -> Function:
     """Declare a kernel with the cache folder in force for this declaration alone, so that other users of numba keep theirs."""
     before = config.CACHE_DIR
     try:
-        if _FALLBACK_FOLDER:
-            config.CACHE_DIR = _FALLBACK_FOLDER
+        config.CACHE_DIR = CACHE_FOLDER
         declared: Function = numba.njit(nogil=True, error_model="numpy", **options)(function)
         return declared
     finally:

@@ -24,7 +24,7 @@ from scanspan.geometry.clip import to_screen
 from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
-from scanspan.raster.options import OffscreenPoint, check_number, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
 from scanspan.records import DrawList, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
@@ -126,7 +126,8 @@ def render(
     make_sampling(options.size, centre_offset, rule=options.rule, cull=cull, subpixel_bits=bits)
     behind = make_background(background, options.size, blend)
     angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
-    look = Look(shading, angle, bool(two_sided), bool(textures), bool(edges), width, linear_color(edge_color))
+    sides, pictures, lines = check_flag("two_sided", two_sided), check_flag("textures", textures), check_flag("edges", edges)
+    look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color))
 
     # Assets: what is there, and from where it is seen.
     scene = as_scene(scene)
@@ -276,7 +277,8 @@ def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:
     if not isinstance(visibility, Visibility):
         raise InputError(f"visibility: expected what rasterize returned, got {type(visibility).__name__}")
     values, dtype = check_values(per_vertex, visibility.triangles)
-    found = interpolate_visible(visibility, values.reshape(len(values), -1)).astype(dtype, copy=False)
+    columns = values.shape[1] if values.ndim == 2 else 1
+    found = interpolate_visible(visibility, values.reshape(len(values), columns)).astype(dtype, copy=False)
     return found if values.ndim > 1 else found[..., 0]
 
 

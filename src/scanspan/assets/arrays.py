@@ -43,6 +43,15 @@ def in_layout(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
     return np.require(array, dtype=dtype, requirements=["C", "A", "W", "E"])
 
 
+def own(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a read-only copy, which nobody else can change; an array that is already such a copy is kept."""
+    if array.flags.owndata and not array.flags.writeable:
+        return array
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
+
+
 def as_floats(values: ArrayLike, columns: int | Sequence[int], name: str, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     """Return values as an array of shape (N, k), k one of `columns`; an empty list is (0, k)."""
     widths = (columns,) if isinstance(columns, int) else tuple(columns)

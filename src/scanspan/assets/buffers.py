@@ -56,7 +56,7 @@ def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32
     if indices.dtype == np.int64:
         check_range(indices, vertex_count, "triangles")
         return np.require(indices, np.int32, ["C", "A", "W"])
-    corners: NDArray[np.int32] = in_layout(indices, np.int32)
+    corners: NDArray[np.int32] = np.array(indices, np.int32, order="C")  # a copy: what is interpolated later must be in range
     if find_bad_index(corners, vertex_count):
         check_range(corners.astype(np.int64), vertex_count, "triangles")
     return corners

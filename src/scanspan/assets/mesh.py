@@ -2,7 +2,7 @@
 
 Everything is checked here, once, so that no later stage has to: a Mesh that exists can be drawn. A polygon with more than three
 corners is cut into triangles that share its number (`source`), and the cuts are marked (`inner`), so that a picture can show
-and name whole faces. Arrays that already have the right type and layout are kept, not copied: do not change them afterwards.
+and name whole faces. A Mesh owns its arrays, and they are read-only.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.arrays import as_array, as_colors, as_floats, as_indices, as_integers, in_layout, quote_row
+from scanspan.assets.arrays import as_array, as_colors, as_floats, as_indices, as_integers, in_layout, own, quote_row
 from scanspan.assets.faces import cut_faces
 from scanspan.errors import InputError, unknown_name
 
@@ -100,13 +100,13 @@ class Mesh:
                 indices, faces, cuts = indices[keep], faces[keep], cuts[keep]
                 per_corner = {name: values[keep] for name, values in per_corner.items()}
 
-        # Keep what has been checked.
-        object.__setattr__(self, "positions", points)
-        object.__setattr__(self, "triangles", indices)
-        object.__setattr__(self, "source", faces)
-        object.__setattr__(self, "attributes", MappingProxyType(per_vertex))
-        object.__setattr__(self, "corners", MappingProxyType(per_corner))
-        object.__setattr__(self, "inner", cuts)
+        # Keep what has been checked, as read-only arrays of its own: what changed later would reach the kernels unchecked.
+        object.__setattr__(self, "positions", own(points))
+        object.__setattr__(self, "triangles", own(indices))
+        object.__setattr__(self, "source", own(faces))
+        object.__setattr__(self, "attributes", MappingProxyType({name: own(values) for name, values in per_vertex.items()}))
+        object.__setattr__(self, "corners", MappingProxyType({name: own(values) for name, values in per_corner.items()}))
+        object.__setattr__(self, "inner", own(cuts))
         object.__setattr__(self, "face_count", total)
 
     @classmethod

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.arrays import as_colors, as_floats, as_indices, quote_row
+from scanspan.assets.arrays import as_colors, as_floats, as_indices, own, quote_row
 from scanspan.assets.mesh import NONFINITE, bounds_of
 from scanspan.errors import InputError, unknown_name
 
@@ -68,8 +68,8 @@ class Segments:
             if palette is not None and palette.ndim == 2 and len(palette) == len(ends):
                 palette = palette[~bad]
             ends = ends[~bad]
-        object.__setattr__(self, "positions", points)
-        object.__setattr__(self, "segments", ends)
+        object.__setattr__(self, "positions", own(points))
+        object.__setattr__(self, "segments", own(ends))
         object.__setattr__(self, "colors", palette)
         object.__setattr__(self, "width", as_pixels(width, "width"))
 
@@ -121,7 +121,7 @@ class Points:
                 raise InputError(f"{quote_row(points, 'positions', int(np.argmin(finite)))}: a point is not finite")
             points = points[finite]
             palette = palette if palette is None or palette.ndim == 1 else palette[finite]
-        object.__setattr__(self, "positions", points)
+        object.__setattr__(self, "positions", own(points))
         object.__setattr__(self, "colors", palette)
         object.__setattr__(self, "size", as_pixels(size, "size"))
 

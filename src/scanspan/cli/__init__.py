@@ -13,7 +13,9 @@ import contextlib
 import logging
 import os
 import re
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,10 +39,11 @@ if TYPE_CHECKING:
 
 DEFAULT_SIZE = (1280, 960)
 INTERRUPTED = 130  # the exit code of a process that Ctrl-C ended
+_INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
@@ -114,6 +117,7 @@ def render(
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
     order: options.Order = "rows",
+    subpixel_bits: options.SubpixelBits = 8,
     threads: options.Threads = None,
     max_pixels: options.MaxPixels = None,
     max_bytes: options.MaxBytes = None,
@@ -154,7 +158,7 @@ def render(
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
         "textures": not no_textures, "samples": samples, "algorithm": algorithm, "order": order, "threads": threads,
-        "max_pixels": max_pixels,
+        "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
@@ -204,6 +208,7 @@ def run(request: Request, reporter: Reporter) -> bytes | str:
     """Render what was asked for, write it, and return what goes to standard output."""
     reporter.stage(f"reading {request.model}")
     scene = read_scene(request, reporter)
+    check_interrupt()
     reporter.stage("starting the compiler")
     reporter.await_kernels()
     from scanspan.pipeline import MAX_PIXELS, check_pixels
@@ -220,10 +225,13 @@ def run(request: Request, reporter: Reporter) -> bytes | str:
     else:
         frame, record = render_view(scene, request, request.shot, reporter, request.size)
         records = [record]
+        if frame.coverage == 0:
+            reporter.note("nothing of the model is in the picture")
         is_arrays = request.output.lower().endswith(".npz")
         content = frame.fields(request.fields or FIELDS) if is_arrays else frame.color
 
     # Write both, each of them whole or not at all; the picture's path is the result.
+    check_interrupt()
     reporter.stage(f"writing {request.output}")
     encoded = encode_image(content, "png" if request.output == "-" else image_format(request.output))
     if request.output != "-":
@@ -387,7 +395,9 @@ def run_all_kernels(reporter: Reporter) -> None:
 
 
 def write_out(content: bytes | str) -> None:
-    """Write to standard output, and see it through."""
+    """Write to standard output, and see it through; there may be none, in a daemon."""
+    if sys.stdout is None:
+        return
     sys.stdout.buffer.write(content if isinstance(content, bytes) else os.fsencode(content))
     sys.stdout.flush()
 
@@ -397,6 +407,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Notes of the reader come with the scene; what it logs would say them twice.
     logging.getLogger("scanspan").addHandler(logging.NullHandler())
     words = list(sys.argv[1:] if arguments is None else arguments)
+    _INTERRUPTED.clear()
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, _interrupt)
     wants_trace = "--verbose" in words or os.environ.get("SCANSPAN_DEBUG", "") not in ("", "0")
     try:
         code = get_command(app).main(args=words, prog_name="scanspan", standalone_mode=False)
@@ -419,10 +432,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _end("error: this needs more memory than there is", 2)
     except Exception as error:
+        if _INTERRUPTED.is_set():
+            return _end("interrupted", INTERRUPTED)
         if wants_trace:
             traceback.print_exc()
         hint = "" if wants_trace else "; --verbose shows where"
         return _end(f"error: a fault of scanspan: {type(error).__name__}: {error}{hint}", 3)
+
+
+def _interrupt(*_: object) -> None:
+    """Remember Ctrl-C, and raise it; the imports of some libraries swallow what is raised in them."""
+    _INTERRUPTED.set()
+    raise KeyboardInterrupt
+
+
+def check_interrupt() -> None:
+    """Raise a Ctrl-C that was swallowed."""
+    if _INTERRUPTED.is_set():
+        raise KeyboardInterrupt
 
 
 def _to_option(name: re.Match[str]) -> str:

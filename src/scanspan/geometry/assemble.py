@@ -74,10 +74,10 @@ def assemble(scene: Scene, camera: Camera, size: tuple[int, int]) -> DrawList:
 
 
 def stack(arrays: list[Array], empty: tuple[int, ...], dtype: type) -> Array:
-    """Return arrays one after the other in one type; a single one is not copied."""
+    """Return arrays one after the other in one type, as kernels take them; a single one is copied only if it is read-only."""
     if not arrays:
         return np.empty(empty, dtype)
-    return np.ascontiguousarray(arrays[0] if len(arrays) == 1 else np.concatenate(arrays), dtype)
+    return np.require(arrays[0] if len(arrays) == 1 else np.concatenate(arrays), dtype, ["C", "A", "W"])
 
 
 def is_mirrored(transform: Float64Array) -> bool:

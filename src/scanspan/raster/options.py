@@ -88,6 +88,13 @@ def check_number(name: str, value: Any, low: float, high: float) -> float:
     return float(value)
 
 
+def check_flag(name: str, value: Any) -> bool:
+    """Return a yes or no as a bool, or raise an InputError that quotes it."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} = {value!r}: must be True or False")
+    return bool(value)
+
+
 def check_subpixel_bits(value: Any) -> int:
     """Return the number of sub-pixel bits, 4 to 16."""
     return check_integer("subpixel_bits", value, MIN_SUBPIXEL_BITS, MAX_SUBPIXEL_BITS)

@@ -31,6 +31,9 @@ _KEY = (0.615, 0.590, 0.550)
 # Share of the light from above that the highlight sends on: the sheen of dry clay.
 _GLOSS = 0.045
 
+# The cosine to the viewer above which a normal that leans back belongs to an outline, and not to the back of a surface.
+_GRAZING = -0.3
+
 # Where the light from above stands, in axes of the camera: left of it, above it, and a little nearer to it than the model.
 _KEY_PLACE = (-0.55, 0.80, 0.55)
 
@@ -151,6 +154,7 @@ def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
     """
     zero, half, one, tiny = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-30)
     gloss, flipped = np.float32(lights.gloss), np.float32(-1.0 if two_sided != 0 else 1.0)
+    two, grazing = np.float32(2.0), np.float32(_GRAZING if two_sided != 0 else 0.0)
     up_x, up_y, up_z = lights.up[0], lights.up[1], lights.up[2]
     key_x, key_y, key_z = lights.key_direction[0], lights.key_direction[1], lights.key_direction[2]
     for j in range(_BLOCK):
@@ -166,8 +170,11 @@ def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
         ny = ny * scale if usable else vy
         nz = nz * scale if usable else vz
 
-        # Turn the normal to the viewer.
+        # Turn the normal to the viewer. One that leans back a little is interpolated across an outline: only its lean is mirrored,
+        # as turning it round would light it from the far side.
         facing = nx * vx + ny * vy + nz * vz
+        lean = facing if (facing < zero) & (facing > grazing) else zero
+        nx, ny, nz, facing = nx - two * lean * vx, ny - two * lean * vy, nz - two * lean * vz, facing - two * lean
         flip = flipped if facing < zero else one
         nx, ny, nz, facing = nx * flip, ny * flip, nz * flip, facing * flip
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.assets.scene import Scene
-from scanspan.errors import unknown_name
+from scanspan.errors import InputError, unknown_name
 from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles, UInt8Array
 from scanspan.shade import surface
 from scanspan.shade.interpolate import interpolate_corners_kernel, interpolate_vertices_kernel
@@ -147,6 +147,7 @@ class Frame:
         ------
         InputError : for a name that is none of the fields.
         """
+        names = [names] if isinstance(names, str) else list(names)
         for name in names:
             if name not in FIELDS:
                 raise unknown_name("field", name, FIELDS)
@@ -157,8 +158,8 @@ class Frame:
 
         Parameters
         ----------
-        path : the ending says how: .png, .ppm, .npy or .npz.
-        fields : for .npz, the names of the fields to write; all of them by default.
+        path : the ending says how: .png, .jpg, .ppm or .npy for the colour, .npz for fields.
+        fields : for .npz alone, the names of the fields to write; all of them by default.
 
         Raises
         ------
@@ -166,6 +167,8 @@ class Frame:
         """
         if str(path).lower().endswith(".npz"):
             write_image(path, self.fields(FIELDS if fields is None else fields))
+        elif fields is not None:
+            raise InputError(f"fields = {fields!r}: only .npz holds fields, not {str(path)!r}")
         else:
             write_image(path, self.color)
 

@@ -187,6 +187,9 @@ def merge(a: Visibility, b: Visibility) -> Visibility:
     ------
     InputError : when shapes or types differ.
     """
+    for name, value in (("a", a), ("b", b)):
+        if not isinstance(value, Visibility):
+            raise InputError(f"merge: {name} must be a Visibility, got {type(value).__name__}")
     if a.primitive.shape != b.primitive.shape or a.depth.dtype != b.depth.dtype:
         both = f"{a.primitive.shape} {a.depth.dtype} and {b.primitive.shape} {b.depth.dtype}"
         raise InputError(f"merge: {both} must have the same shape and type")

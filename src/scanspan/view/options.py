@@ -46,7 +46,7 @@ Direction = Annotated[
     str | None,
     _camera(
         "--camera-direction", metavar="NAME|X,Y,Z",
-        help="iso, front, back, left, right, top or bottom; or the direction in which the camera looks. By default iso.",
+        help="iso (from 1,1,1), front, back, left, right, top or bottom; or the direction in which the camera looks. By default iso.",
     ),
 ]  # fmt: skip
 Position = Annotated[str | None, _camera("--camera-position", metavar="X,Y,Z", help="Where the eye stands.")]
@@ -75,6 +75,9 @@ NoTextures = Annotated[bool, _look("--no-textures", help="Leave the textures out
 Samples = Annotated[int, _look(metavar="N", help="Samples a pixel: 1, 2, 4, 8 or 16. More are smoother.")]
 Algorithm = Annotated[str, _limit(metavar="NAME", help="All paint the same picture; `scanspan info` lists them.")]
 Order = Annotated[str, _limit(metavar="NAME", help="rows, serpentine, tiles, morton or hilbert; the picture is the same.")]
+SubpixelBits = Annotated[
+    int, _limit(metavar="BITS", help="Corners are snapped to 1/2^BITS pixel, 4 to 16; depth at grazing angles gains from 16.")
+]
 Threads = Annotated[int | None, _limit(metavar="N", help="By default one for each processor. The picture is the same.")]
 MaxPixels = Annotated[int | None, _limit(metavar="N", help="Refuse larger pictures; 268435456 by default.")]
 MaxBytes = Annotated[int | None, _limit(metavar="N", help="Refuse larger files; 2147483648 by default.")]
