@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
+import signal
+from pathlib import Path
 
 import pytest
 
@@ -51,3 +54,40 @@ def test_algorithms_notices_a_difference(run, monkeypatch):
     code, out, _ = run("algorithms", "model.obj", "--size", "64x48", "--repeats", "1")
     assert code == 1
     assert "DIFFERENT" in out
+
+
+def test_an_interrupt_that_a_library_swallows_still_ends_the_command(run, monkeypatch):
+    from scanspan.assets import load as module
+
+    real = module.load
+
+    def load(*arguments, **options):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(module, "load", load)
+    code, out, err = run("render", "model.obj", "-o", "picture.png", "--size", "64")
+    assert (code, out, err) == (130, "", "scanspan: interrupted\n")
+    assert not Path("picture.png").exists()
+
+
+def test_a_command_without_standard_output_still_does_its_work(run, monkeypatch):
+    monkeypatch.setattr("sys.stdout", None)
+    assert main(["render", "model.obj", "-o", "picture.png", "--size", "64"]) == 0
+    assert Path("picture.png").exists()
+
+
+def test_an_empty_picture_is_said(run):
+    code, out, err = run("render", "model.obj", "-o", "picture.png", "--size", "64", "--camera-position", "5,5,5",
+                         "--camera-focal-point", "9,9,9")  # fmt: skip
+    assert code == 0
+    assert out == "picture.png\n"
+    assert "nothing of the model is in the picture" in err
+
+
+def test_finer_corners_can_be_asked_for(run):
+    assert run("render", "model.obj", "-o", "a.png", "--size", "64", "--subpixel-bits", "16")[0] == 0
+    code, _, err = run("render", "model.obj", "-o", "a.png", "--size", "64", "--subpixel-bits", "3")
+    assert code == 2
+    assert "--subpixel-bits = 3: must be a whole number from 4 to 16" in err
