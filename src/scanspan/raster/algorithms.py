@@ -16,13 +16,18 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.raster import edge_walk, half_space
+from scanspan.raster import edge_walk, half_space, micropolygon, scanline, span_list, warnock
 from scanspan.raster import order as orders
 from scanspan.records import Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
     "half-space": "edge equations over the bounding box of each triangle",
     "edge-walk": "step down the left and the right edge, and fill the span between them",
+    "scanline-eval": "active edge list; evaluate the depth of every active span at each sample",
+    "scanline-zrow": "active edge list; render the spans of a row into a depth buffer of one row",
+    "span-list": "active edge list and active span list; no row of memory",
+    "warnock": "divide the screen until what a window shows is simple",
+    "micropolygon": "divide the triangle until its pieces are a few samples large",
 }
 ORDERS = {
     "rows": "row by row, from left to right",
@@ -36,9 +41,9 @@ COVERAGES = {"sample": "a pixel is covered where its sample is"}
 KINDS = ("keys", "pairs", "hits")  # the targets of raster/write.py
 
 
-def kernels_of(module: ModuleType, name: str) -> dict[str, Callable[..., None]]:
-    """Return the kernels of a traversal by the kind of target that they write."""
-    return {kind: getattr(module, f"{name}_{kind}") for kind in KINDS}
+def kernels_of(module: ModuleType, name: str, **shared: Callable[..., None]) -> dict[str, Callable[..., None]]:
+    """Return the kernels of a traversal by the kind of target that they write; some may be shared with others."""
+    return {kind: shared[kind] if kind in shared else getattr(module, f"{name}_{kind}") for kind in KINDS}
 
 
 # The kernels of each algorithm, by the orders that it knows.
@@ -48,6 +53,11 @@ KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
         **{name: kernels_of(orders, name) for name in ORDERS if name != "rows"},
     },
     "edge-walk": {"rows": kernels_of(edge_walk, "edge_walk")},
+    "scanline-eval": {"rows": kernels_of(scanline, "scanline_eval", hits=scanline.scanline_hits)},
+    "scanline-zrow": {"rows": kernels_of(scanline, "scanline_zrow", hits=scanline.scanline_hits)},
+    "span-list": {"rows": kernels_of(span_list, "span_list", hits=scanline.scanline_hits)},
+    "warnock": {"rows": kernels_of(warnock, "warnock")},
+    "micropolygon": {"rows": kernels_of(micropolygon, "micropolygon")},
 }
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard

@@ -170,8 +170,8 @@ def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
         ny = ny * scale if usable else vy
         nz = nz * scale if usable else vz
 
-        # Turn the normal to the viewer. One that leans back a little is interpolated across an outline: only its lean is mirrored,
-        # as turning it round would light it from the far side.
+        # Turn the normal to the viewer. One that leans back a little is interpolated across an outline: only its lean is
+        # mirrored, as turning it round would light it from the far side.
         facing = nx * vx + ny * vy + nz * vz
         lean = facing if (facing < zero) & (facing > grazing) else zero
         nx, ny, nz, facing = nx - two * lean * vx, ny - two * lean * vy, nz - two * lean * vz, facing - two * lean

@@ -46,7 +46,7 @@ Direction = Annotated[
     str | None,
     _camera(
         "--camera-direction", metavar="NAME|X,Y,Z",
-        help="iso (from 1,1,1), front, back, left, right, top or bottom; or the direction in which the camera looks. By default iso.",
+        help="iso (from 1,1,1; the default), front, back, left, right, top or bottom; or the direction of sight.",
     ),
 ]  # fmt: skip
 Position = Annotated[str | None, _camera("--camera-position", metavar="X,Y,Z", help="Where the eye stands.")]
