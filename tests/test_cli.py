@@ -188,7 +188,8 @@ def test_the_scale_of_an_orthographic_picture(run: Run) -> None:
 
 def test_a_picture_in_which_nothing_is_seen_is_blank(run: Run) -> None:
     words = ("--camera-position", "0,0,9", "--camera-focal-point", "0,0,99", "--json", "a.json", "-o", "a.png")
-    assert run("render", "model.obj", *SMALL, *words) == (0, "a.png\n", "")
+    said = "scanspan: nothing of the model is in the picture\n"
+    assert run("render", "model.obj", *SMALL, *words) == (0, "a.png\n", said)
     record = json.loads(Path("a.json").read_text())
     assert (record["blank"], record["coverage"], record["seen_bounds"], record["depth_range"]) == (True, 0.0, None, None)
 
