@@ -173,7 +173,7 @@ def interpolate_visible(visibility: Visibility, values: Float64Array) -> Float64
         visibility.barycentric.reshape(-1, 3),
         visibility.triangles,
         values,
-        out.reshape(-1, values.shape[1]),
+        out.reshape(visibility.primitive.size, values.shape[1]),
     )
     return out
 
