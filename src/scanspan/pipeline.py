@@ -25,7 +25,8 @@ from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
 from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
-from scanspan.records import DrawList, ScreenTriangles
+from scanspan.raster.homogeneous_edges import without_clipping
+from scanspan.records import DrawList, Float64Array, Int32Array, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
 from scanspan.shade.shading import ROWS, Look, Surfaces, gather_surfaces, shade_rows
@@ -136,7 +137,7 @@ def render(
 
     # Geometry: triangles on the screen.
     draw = assemble(scene, camera, options.size)
-    screen = to_screen(draw.clip, draw.triangles, options.size, bits, camera.has_far)
+    screen = to_triangles(draw.clip, draw.triangles, options, camera.has_far)
 
     # Raster and shade: find what each sample sees, and add up its light.
     surfaces = gather_surfaces(scene, draw, camera, options.size, sky, look)
@@ -243,10 +244,19 @@ def rasterize(
     if not isinstance(depth_bits, (int, np.integer)) or depth_bits not in (32, 64):
         raise InputError(f"depth_bits = {depth_bits!r}: must be 32 or 64")
     pixels = check_pixels(size, max_pixels)
-    options = RasterOptions(pixels, algorithm, order, rule, cull, bits, int(depth_bits), check_threads(threads))
+    if coverage != "sample" and samples != 1:
+        raise InputError(f"samples = {samples}: coverage={coverage!r} concerns whole pixels, which have one sample")
+    options = RasterOptions(pixels, algorithm, order, rule, cull, bits, int(depth_bits), check_threads(threads), coverage)
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
     vertices, corners = check_clip(clip, triangles, nonfinite)
-    return rasterize_triangles(to_screen(vertices, corners, options.size, bits), corners, int(samples), options)
+    screen = to_triangles(vertices, corners, options)
+    return rasterize_triangles(screen, corners, int(samples), options)
+
+
+def to_triangles(clip: Float64Array, triangles: Int32Array, options: RasterOptions, far: bool = False) -> ScreenTriangles:
+    """Return triangles on the screen, clipped unless the algorithm does without it, or whole pixels decide about a triangle."""
+    unclipped = options.algorithm == "homogeneous" or options.coverage != "sample"
+    return (without_clipping if unclipped else to_screen)(clip, triangles, options.size, options.subpixel_bits, far)
 
 
 def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:
@@ -322,7 +332,9 @@ def count(
     check_algorithm(algorithm, order, coverage)
     width, height = check_pixels(size, max_pixels)
     bits = check_subpixel_bits(subpixel_bits)
-    sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
+    sampling = make_sampling(
+        (width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits, coverage=coverage
+    )
     screen = screen_triangles(check_screen_triangles(vertices, nonfinite), bits)
     hits = np.zeros((height, width), np.int32)
     run(algorithm, order, "hits", hits, screen, sampling, check_threads(threads))
@@ -331,13 +343,15 @@ def count(
 
 def count_each(
     vertices: ArrayLike, size: tuple[int, int], *, algorithm: str = "half-space", order: str = "rows", cull: str = "none",
-    rule: str | OffscreenPoint = "top-left", subpixel_bits: int = 8,
+    rule: str | OffscreenPoint = "top-left", coverage: str = "sample", subpixel_bits: int = 8,
 ) -> NDArray[np.int32]:  # fmt: skip
     """Count as `count` does, but every triangle alone in an image of its own: (N, H, W) int32, for checking many at once."""
-    check_algorithm(algorithm, order, "sample")
+    check_algorithm(algorithm, order, coverage)
     width, height = check_size(size)
     bits = check_subpixel_bits(subpixel_bits)
-    sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
+    sampling = make_sampling(
+        (width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits, coverage=coverage
+    )
     screen = screen_triangles(check_screen_triangles(vertices, "error"), bits)
     hits = np.zeros((len(screen.corners), height, width), np.int32)
     run_each(algorithm, order, "hits", hits, screen, sampling)

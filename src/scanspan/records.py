@@ -52,8 +52,16 @@ class ScreenTriangles(NamedTuple):
     corners: Int32Array  # (N, 3) rows of xy
     source: Int32Array  # (N,) the input triangle that each belongs to
     piece: Int32Array  # (N,) row of weights, -1 for a triangle that was not cut
-    weights: Float64Array  # (P, 3, 3) weights[p, c, k]: share of the source's corner k in corner c of piece p
+    weights: Float64Array  # (P, 3, 3) weights[p, c, k]: share of the source's corner k in corner c of piece p; for a triangle
+    # with an outline, the share of corner k at (x, y) in sub-pixels is proportional to weights[p, k] . (x, y, 1)
     inner: UInt8Array  # (N,) bit i set: the edge opposite corner i was made by clipping
+    outline: Int32Array  # (N,) row of lines, limits and planes, -1 for a triangle bounded by the edges between its corners
+    lines: Int64Array  # (R, 3, 4) a, b, q_x, q_y: at (x, y) the edge value is a (x - q_x) + b (y - q_y); all 0 is no edge
+    limits: Int64Array  # (R, 7) sub-pixels: lowest and highest x and y, both included; the point that the plane starts from;
+    # and 1 where it is clockwise as seen, -1 counter-clockwise
+    planes: Float64Array  # (R, 5) depth at that point, its two slopes in a sub-pixel, and the depths that it is cut off at
+    integers: Int64Array  # (R, 19) and
+    floats: Float64Array  # (R, 7) the fields of the TriangleSetup of each outline; made in raster/ for one Sampling
 
 
 class Sampling(NamedTuple):
@@ -71,6 +79,8 @@ class Sampling(NamedTuple):
     rule_x: int  # the off-screen point in sub-pixels, homogeneous
     rule_y: int
     rule_w: int  # 1 or, for a direction, 0
+    coverage: int  # raster/edge.py: SAMPLE, TOUCHED, INSIDE
+    order: int  # number in raster/algorithms.py, for algorithms that choose as they go
 
 
 class TriangleSetup(NamedTuple):
@@ -103,3 +113,7 @@ class TriangleSetup(NamedTuple):
     depth: float
     slope1: float
     slope2: float
+    depth_low: float  # where depth is held: the range of the corners, if a sample may lie outside of them
+    depth_high: float
+    cut_low: float  # a sample below or above is cut off; infinite where geometry has clipped already
+    cut_high: float

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.geometry.project import plane_distance, project
+from scanspan.geometry.project import no_outlines, plane_distance, project
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float64Array, Int32Array, ScreenTriangles, UInt8Array
 
@@ -172,6 +172,7 @@ def to_screen(
             piece=np.full(n, -1, np.int32),
             weights=np.empty((0, 3, 3)),
             inner=np.zeros(n, np.uint8),
+            **no_outlines(n),
         )
 
     # Make room for the worst case, a corner and a piece more for each plane, and give back what was not needed.
@@ -193,4 +194,5 @@ def to_screen(
         piece=piece[:n].copy(),
         weights=weights[:n_pieces].copy(),
         inner=inner[:n].copy(),
+        **no_outlines(n),
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
+from scanspan.records import Array, Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 
 
 @helper_kernel
@@ -76,6 +76,18 @@ def project(clip: Float64Array, planes: Float64Array, size: tuple[int, int], sub
     return Projected(xy, depth, outcodes, int(found))
 
 
+def no_outlines(count: int) -> dict[str, Array]:
+    """Return the fields of ScreenTriangles that say that none of its triangles has an outline of its own."""
+    return {
+        "outline": np.full(count, -1, np.int32),
+        "lines": np.empty((0, 3, 4), np.int64),
+        "limits": np.empty((0, 7), np.int64),
+        "planes": np.empty((0, 5)),
+        "integers": np.empty((0, 19), np.int64),
+        "floats": np.empty((0, 7)),
+    }
+
+
 def screen_triangles(vertices: Float64Array, subpixel_bits: int) -> ScreenTriangles:
     """Return triangles given on the screen, each with corners of its own, all at depth 0; they have no clip coordinates.
 
@@ -95,4 +107,5 @@ def screen_triangles(vertices: Float64Array, subpixel_bits: int) -> ScreenTriang
         piece=np.full(n, -1, np.int32),
         weights=np.empty((0, 3, 3)),
         inner=np.zeros(n, np.uint8),
+        **no_outlines(n),
     )

@@ -21,8 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.jit import helper_kernel
+from scanspan.raster.counters import EDGE_EVALUATIONS, INSERTIONS, SWAPS
 from scanspan.raster.edge_walk import start_crossing, step_crossing
-from scanspan.raster.setup import first_sample, set_up_triangle
+from scanspan.raster.setup import first_sample, set_up
 from scanspan.records import Float64Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 # Columns of ActiveEdges.edges: those of start_crossing, the row at which the lower edge takes over, the row after the last.
@@ -33,10 +34,6 @@ EDGE_COLUMNS = 8  # 64 bytes, a line of the cache
 # BASE1 + y G1_Y and G2 is BASE2 + y G2_Y.
 NUMBER, LOWER_F, LOWER_A, LOWER_B, G1, G1_X, G1_Y, BASE1, G2, G2_X, G2_Y, BASE2 = range(12)
 SLOT_COLUMNS = 12
-
-# What a sweep counts. The last three are breaches of its invariants and stay 0.
-INSERTIONS, SWAPS, SPANS, DEPTH_TESTS, WRITES, OUT_OF_ORDER, LEFT_OVER, SET_TWICE = range(8)
-COUNTERS = 8
 
 OUT = np.int64(-1)  # the flag of a triangle that the walk along a row is not inside of
 NEVER = np.int64(1 << 40)  # a row that no image has
@@ -80,7 +77,7 @@ class ActiveEdges(NamedTuple):
 @helper_kernel
 def build_edge_table(triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> EdgeTable:
     """Return the triangles first to last in buckets by first row: a counting sort, without comparisons."""
-    xy, corners = triangles.xy, triangles.corners
+    xy, corners, outline, limits = triangles.xy, triangles.corners, triangles.outline, triangles.limits
     s, sample_y, y_start, y_end = sampling.subpixel_bits, sampling.sample_y, sampling.y_start, sampling.y_end
     rows, count = max(y_end - y_start, 0), max(last - first, 0)
     starts, ends = np.zeros(rows + 2, np.int64), np.zeros(rows + 1, np.int64)
@@ -89,8 +86,11 @@ def build_edge_table(triangles: ScreenTriangles, first: int, last: int, sampling
     # Find the first row of each triangle, and count how many start and how many have ended in every row.
     for n in range(first, last):
         p_y, q_y, r_y = xy[corners[n, 0], 1], xy[corners[n, 1], 1], xy[corners[n, 2], 1]
-        start = max(first_sample(min(p_y, q_y, r_y), sample_y, s), y_start)
-        end = min(((max(p_y, q_y, r_y) - sample_y) >> s) + 1, y_end)
+        top, bottom = min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+        if outline[n] >= 0:
+            top, bottom = limits[outline[n], 2], limits[outline[n], 3]
+        start = max(first_sample(top, sample_y, s), y_start)
+        end = min(((bottom - sample_y) >> s) + 1, y_end)
         row[n - first] = start - y_start if start < end else OUT
         if start < end:
             starts[start - y_start + 2] += 1
@@ -180,18 +180,15 @@ def start_triangles(
 
     Rule    a last row on a level edge that does not own it is left out.
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
+    xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
+    integers, floats = triangles.integers, triangles.floats
     x, edges, slots, planes = active.x, active.edges, active.slots, active.planes
     free, starting, numbers = active.free, active.starting, table.triangles
     s, sample_y, low, high = sampling.subpixel_bits, sampling.sample_y, sampling.x_start, sampling.x_end
     started = 0
     for k in range(table.starts[y - sampling.y_start], table.starts[y - sampling.y_start + 1]):
         n = numbers[k]
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        p_y, q_y, r_y = xy[p, 1], xy[q, 1], xy[r, 1]
-        t = set_up_triangle(
-            xy[p, 0], p_y, xy[q, 0], q_y, xy[r, 0], r_y, depths[p], depths[q], depths[r], np.int64(inner[n]), sampling
-        )
+        t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
         y_end = t.y_end
         if t.a0 == 0 and t.f0 + (y_end - 1 - y) * t.b0 < 0:
             y_end -= 1
@@ -199,6 +196,7 @@ def start_triangles(
             continue
 
         # Find its edges; the lower short one begins in the first row that is not above the breakpoint.
+        p_y, q_y, r_y = xy[corners[n, 0], 1], xy[corners[n, 1], 1], xy[corners[n, 2], 1]
         middle = p_y + q_y + r_y - min(p_y, q_y, r_y) - max(p_y, q_y, r_y)
         turn = max(first_sample(middle, sample_y, s), t.y_start)
         left, right, lower_f, lower_a, lower_b = start_triangle(t, turn)
@@ -264,11 +262,12 @@ def insert_edges(
 
 
 @helper_kernel
-def step_edges(active: ActiveEdges, count: int, y: int, sampling: Sampling) -> int:
+def step_edges(active: ActiveEdges, count: int, y: int, sampling: Sampling, counters: Int64Array) -> int:
     """Step all edges to row y and take out those of triangles that have ended; return the list's new length."""
     order, x, edges, slots, free = active.order, active.x, active.edges, active.slots, active.free
     low, high = sampling.x_start, sampling.x_end
     kept, used = 0, count >> 1
+    counters[EDGE_EVALUATIONS] += count
     for k in range(count):
         e = order[k]
         is_left = (e & 1) == 0

@@ -16,12 +16,15 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.raster import edge_walk, half_space, micropolygon, scanline, span_list, warnock
+from scanspan.raster import edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
 from scanspan.raster import order as orders
-from scanspan.records import Array, Sampling, ScreenTriangles
+from scanspan.raster.counters import COUNTERS
+from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
+from scanspan.records import Array, Int64Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
     "half-space": "edge equations over the bounding box of each triangle",
+    "homogeneous": "edge equations of corners that may lie behind the eye; nothing is clipped",
     "edge-walk": "step down the left and the right edge, and fill the span between them",
     "scanline-eval": "active edge list; evaluate the depth of every active span at each sample",
     "scanline-zrow": "active edge list; render the spans of a row into a depth buffer of one row",
@@ -36,9 +39,13 @@ ORDERS = {
     "morton": "blocks along Morton's curve, a Z in every square",
     "hilbert": "blocks along Hilbert's curve, from neighbour to neighbour",
 }
-COVERAGES = {"sample": "a pixel is covered where its sample is"}
+COVERAGES = {
+    "sample": "a pixel is covered where its sample is",
+    "touched": "where any part of it is: the open pixel meets the open triangle",
+    "inside": "where all of it is: the closed pixel lies in the closed triangle",
+}
 
-KINDS = ("keys", "pairs", "hits")  # the targets of raster/write.py
+KINDS = ("keys", "pairs", "hits", "tallies")  # the targets of raster/write.py
 
 
 def kernels_of(module: ModuleType, name: str, **shared: Callable[..., None]) -> dict[str, Callable[..., None]]:
@@ -46,18 +53,38 @@ def kernels_of(module: ModuleType, name: str, **shared: Callable[..., None]) -> 
     return {kind: shared[kind] if kind in shared else getattr(module, f"{name}_{kind}") for kind in KINDS}
 
 
+def homogeneous_kernels(order: str) -> dict[str, Callable[..., None]]:
+    """Return the kernels of homogeneous rasterization in an order; what is counted on the screen has no corners behind the eye."""
+    hits = half_space.half_space_hits if order == "rows" else getattr(orders, f"{order}_hits")
+    return kernels_of(homogeneous_edges, f"homogeneous_{order}", hits=hits)
+
+
+def half_space_kernels(order: str) -> dict[str, Callable[..., None]]:
+    """Return the kernels of half-space rasterization in an order; tallies do not need to be fast."""
+    tallies = getattr(homogeneous_edges, f"homogeneous_{order}_tallies")
+    module, name = (half_space, "half_space") if order == "rows" else (orders, order)
+    return kernels_of(module, name, tallies=tallies)
+
+
 # The kernels of each algorithm, by the orders that it knows.
+HITS = scanline.scanline_hits
+WARNOCK, MICROPOLYGON = kernels_of(warnock, "warnock"), kernels_of(micropolygon, "micropolygon")
 KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
-    "half-space": {
-        "rows": kernels_of(half_space, "half_space"),
-        **{name: kernels_of(orders, name) for name in ORDERS if name != "rows"},
-    },
+    "half-space": {order: half_space_kernels(order) for order in ORDERS},
+    "homogeneous": {order: homogeneous_kernels(order) for order in ORDERS},
     "edge-walk": {"rows": kernels_of(edge_walk, "edge_walk")},
-    "scanline-eval": {"rows": kernels_of(scanline, "scanline_eval", hits=scanline.scanline_hits)},
-    "scanline-zrow": {"rows": kernels_of(scanline, "scanline_zrow", hits=scanline.scanline_hits)},
-    "span-list": {"rows": kernels_of(span_list, "span_list", hits=scanline.scanline_hits)},
-    "warnock": {"rows": kernels_of(warnock, "warnock")},
-    "micropolygon": {"rows": kernels_of(micropolygon, "micropolygon")},
+    "scanline-eval": {"rows": kernels_of(scanline, "scanline_eval", hits=HITS)},
+    "scanline-zrow": {"rows": kernels_of(scanline, "scanline_zrow", hits=HITS)},
+    "span-list": {"rows": kernels_of(span_list, "span_list", hits=HITS)},
+    "warnock": dict.fromkeys(ORDERS, WARNOCK),
+    "micropolygon": dict.fromkeys(ORDERS, MICROPOLYGON),
+}
+
+# The same where whole pixels decide: depths are held to the triangle's range.
+PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
+    "half-space": KERNELS["homogeneous"],
+    "homogeneous": KERNELS["homogeneous"],
+    "warnock": dict.fromkeys(ORDERS, kernels_of(warnock, "warnock_pixels", hits=WARNOCK["hits"])),
 }
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
@@ -67,7 +94,7 @@ SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it
 
 
 def check_algorithm(algorithm: str, order: str, coverage: str) -> None:
-    """Raise an InputError for a name that is not known."""
+    """Raise an InputError for names that are not known, or do not go together."""
     for kind, name, valid in (
         ("algorithm", algorithm, ALGORITHMS),
         ("order", order, ORDERS),
@@ -79,36 +106,57 @@ def check_algorithm(algorithm: str, order: str, coverage: str) -> None:
         raise InputError(
             f"order = {order!r}: the algorithm {algorithm!r} knows {', '.join(map(repr, KERNELS[algorithm]))} alone"
         )
+    if coverage != "sample" and algorithm not in PIXEL_KERNELS:
+        raise InputError(f"coverage = {coverage!r}: known to {', '.join(PIXEL_KERNELS)}, and not to {algorithm}")
 
 
 def run(
     algorithm: str, order: str, kind: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int
-) -> None:
-    """Scan-convert all triangles into a target.
+) -> Int64Array:
+    """Scan-convert all triangles into a target, and return what the algorithm counted, (COUNTERS,).
 
     Parameters
     ----------
     algorithm, order : names of ALGORITHMS and ORDERS that go together.
-    kind : "keys", "pairs" or "hits": what the target holds.
-    target : (H, W) or (H, W, 2), see raster/write.py.
+    kind : "keys", "pairs", "hits" or "tallies": what the target holds.
+    target : see raster/write.py.
     triangles : from geometry.
-    sampling : the rectangle, sample and rule.
+    sampling : the rectangle, sample, rule and coverage.
     threads : how many threads share the rows.
     """
-    kernel = KERNELS[algorithm][order][kind]
+    kernel = choose_kernel(algorithm, order, kind, sampling)
     count = len(triangles.corners)
+    ordered = sampling._replace(order=list(ORDERS).index(order))
 
-    def scan_band(y_start: int, y_end: int, stop: Event) -> None:
+    def scan_band(y_start: int, y_end: int, stop: Event) -> Int64Array:
         """Scan-convert the rows of one band, in chunks so that an interrupt is noticed between them."""
-        within = sampling._replace(y_start=y_start, y_end=y_end)
+        within, counters = ordered._replace(y_start=y_start, y_end=y_end), np.zeros(COUNTERS, np.int64)
+        drawn = with_outlines(triangles, within)
         for first in range(0, count, CHUNK):
             if not stop.is_set():
-                kernel(target, triangles, first, min(first + CHUNK, count), within)
+                kernel(target, counters, drawn, first, min(first + CHUNK, count), within)
+        return counters
 
     height, width = sampling.y_end, sampling.x_end
     if count < SMALL and height * width < SMALL_IMAGE:
         threads = 1
-    run_bands(scan_band, height, threads, count_passes(triangles, sampling, target.nbytes))
+    counted = run_bands(scan_band, height, threads, count_passes(triangles, sampling, target.nbytes))
+    return np.sum(counted, axis=0, initial=0)
+
+
+def with_outlines(triangles: ScreenTriangles, sampling: Sampling) -> ScreenTriangles:
+    """Return triangles with their outlines set up for a sampling, if they have any."""
+    rows = len(triangles.lines)
+    if not rows:
+        return triangles
+    integers, floats = np.empty((rows, INTEGERS), np.int64), np.empty((rows, FLOATS))
+    set_up_outlines(triangles, sampling, integers, floats)
+    return triangles._replace(integers=integers, floats=floats)
+
+
+def choose_kernel(algorithm: str, order: str, kind: str, sampling: Sampling) -> Callable[..., None]:
+    """Return the kernel for a target of some kind."""
+    return (PIXEL_KERNELS if sampling.coverage else KERNELS)[algorithm][order][kind]
 
 
 def count_passes(triangles: ScreenTriangles, sampling: Sampling, size: int) -> int:
@@ -148,6 +196,8 @@ def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int,
 
 def run_each(algorithm: str, order: str, kind: str, targets: Array, triangles: ScreenTriangles, sampling: Sampling) -> None:
     """Scan-convert triangle n alone into targets[n], with the same kernel that `run` uses."""
-    kernel = KERNELS[algorithm][order][kind]
+    kernel, counters = choose_kernel(algorithm, order, kind, sampling), np.zeros(COUNTERS, np.int64)
+    ordered = sampling._replace(order=list(ORDERS).index(order))
+    triangles = with_outlines(triangles, ordered)
     for n in range(len(triangles.corners)):
-        kernel(targets[n], triangles, n, n + 1, sampling)
+        kernel(targets[n], counters, triangles, n, n + 1, ordered)

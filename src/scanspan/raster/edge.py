@@ -3,13 +3,13 @@
 An edge from q to r has the value E(x, y) = a (x - q_x) + b (y - q_y) with a = q_y - r_y and b = r_x - q_x, all in sub-pixels.
 With y down and the corners in the order that makes the area positive, the inside is where all three values are positive. A rule
 decides about E = 0. It is folded into the constant as a bias of 0 (the edge owns its samples) or -1, so that one sign test
-remains.
+remains. Where whole pixels are asked for, "touched" or "inside", the bias moves the edge outwards or inwards by half a pixel.
 
 Samples lie 2^s sub-pixels apart, so the value of a sample is a constant plus 2^s (a i + b j). Divided by 2^s and floored it
 becomes F, which is negative exactly where the biased value is, and steps by a and b from pixel to pixel. |F| < 2^(51 + s) for
 vertices within 2^24 px: an int64 up to s = 12. Above that F is held at about +-2^61. An image side is at most 2^18 px and a and
-b are at most 2^41, so steps across a whole image add at most 2^60: a held value keeps its sign. (geometry/fixed_point.py has
-the other bit counts.)
+b are at most 2^41, so steps across a whole image add at most 2^60, and a pixel's bias 2^42: a held value keeps its sign.
+(geometry/fixed_point.py has the other bit counts.)
 
 Source: Pineda 1988 for edge functions; Direct3D for the top-left rule; the bias as in llvmpipe and meshoptimizer.
 """
@@ -23,6 +23,7 @@ from scanspan.jit import helper_kernel
 from scanspan.records import Integer
 
 TOP_LEFT, BOTTOM_LEFT, INCLUSIVE, EXCLUSIVE, OFFSCREEN_POINT = range(5)
+SAMPLE, TOUCHED, INSIDE = range(3)  # what of a pixel must be covered: its sample, any part of it, all of it
 
 HIGH_LIMIT_BITS = np.int64(41)  # high is held at 2^(41 + s), which makes F about 2^61
 
@@ -52,6 +53,18 @@ def edge_bias(
         side = halves_sign(high, low)
         owns = (side > 0) | ((side == 0) & owns)
     return np.int64(0) if owns else np.int64(-1)
+
+
+@helper_kernel
+def pixel_bias(a: Integer, b: Integer, coverage: int, subpixel_bits: int) -> Integer:
+    """Return the bias that lets the centre of a pixel decide about all of it; no rule applies to that.
+
+    Over the pixel the edge value differs from the centre's by up to (|a| + |b|) / 2 pixel, at a corner.
+
+    Rule    TOUCHED: the open pixel has a point on the inner side. INSIDE: the closed pixel has none on the outer side.
+    """
+    reach = (abs(a) + abs(b)) << (subpixel_bits - 1)
+    return reach - 1 if coverage == TOUCHED else -reach
 
 
 @helper_kernel

@@ -18,8 +18,9 @@ from collections.abc import Callable
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.setup import first_sample, set_up_triangle
-from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_span
+from scanspan.raster.counters import EDGE_EVALUATIONS, SPANS
+from scanspan.raster.setup import first_sample, keep_sample, set_up
+from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_sample_tally, write_span
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles
 
 
@@ -46,24 +47,23 @@ def step_crossing(crossing: Integer, rest: Integer, step: Integer, step_rest: In
 
 @inline_kernel
 def edge_walk(
-    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
+    write_sample: Callable[..., None], target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
     """Write every covered sample of triangles first to last.
 
-    Shapes  target: (H, W, ...), opened a row at a time; triangles: ScreenTriangles.
+    Shapes  target: (H, W, ...), opened a row at a time; counters: (COUNTERS,), added to; triangles: ScreenTriangles.
     Units   pixels and sub-pixels, see TriangleSetup.
     Rule    sampling.rule, folded into the edge constants by the setup.
     Needs   the rectangle of sampling lies within the target.
     Cost    O(rows + covered samples), and six divisions a triangle.
     Source  the lectures; Hecker 1995.
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
+    xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
+    integers, floats = triangles.integers, triangles.floats
+    crossings = spans = np.int64(0)
     for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        p_y, q_y, r_y = xy[p, 1], xy[q, 1], xy[r, 1]
-        t = set_up_triangle(
-            xy[p, 0], p_y, xy[q, 0], q_y, xy[r, 0], r_y, depths[p], depths[q], depths[r], np.int64(inner[n]), sampling
-        )
+        t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
         if t.y_start == t.y_end:
             continue
 
@@ -86,8 +86,10 @@ def edge_walk(
             right, right_step, right_step_rest = width, np.int64(0), np.int64(0)
 
         # The lower short edge begins at the first row that is not above the breakpoint.
+        p_y, q_y, r_y = xy[corners[n, 0], 1], xy[corners[n, 1], 1], xy[corners[n, 2], 1]
         middle = p_y + q_y + r_y - min(p_y, q_y, r_y) - max(p_y, q_y, r_y)
         turn = max(first_sample(middle, sampling.sample_y, sampling.subpixel_bits), y_start)
+        crossings += 2 * max(y_end - y_start, np.int64(0)) + 1
         for y in range(y_start, y_end):
             start, end = left, right
             if y == turn and t.a0 > 0:
@@ -104,27 +106,44 @@ def edge_walk(
             start, end = max(start, np.int64(0)), min(end, width)
             if start < end:
                 row = target[y, t.x_start + start : t.x_start + end]
-                write_span(write_sample, row, t, g1 + start * t.g1_x, g2 + start * t.g2_x, n)
+                write_span(write_sample, keep_sample, row, t, g1 + start * t.g1_x, g2 + start * t.g2_x, n)
+                spans += 1
 
             # Step both edges to the next row.
             left, left_rest = step_crossing(left, left_rest, left_step, left_step_rest, left_a)
             right, right_rest = step_crossing(right, right_rest, right_step, right_step_rest, right_a)
             g1, g2 = g1 + t.g1_y, g2 + t.g2_y
+    counters[EDGE_EVALUATIONS] += crossings
+    counters[SPANS] += spans
 
 
 @kernel
-def edge_walk_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def edge_walk_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Edge walking into (H, W) keys."""
-    edge_walk(write_sample_key, target, triangles, first, last, sampling)
+    edge_walk(write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def edge_walk_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def edge_walk_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Edge walking into (H, W, 2) pairs."""
-    edge_walk(write_sample_pair, target, triangles, first, last, sampling)
+    edge_walk(write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def edge_walk_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def edge_walk_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Edge walking into (H, W) hits."""
-    edge_walk(write_sample_hit, target, triangles, first, last, sampling)
+    edge_walk(write_sample_hit, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def edge_walk_tallies(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Edge walking into (H, W, 4) tallies."""
+    edge_walk(write_sample_tally, target, counters, triangles, first, last, sampling)

@@ -16,11 +16,13 @@ from collections.abc import Callable
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.setup import depth_at, set_up_triangle
+from scanspan.raster.counters import EDGE_EVALUATIONS
+from scanspan.raster.setup import depth_at, keep_sample, set_up
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 STRIDE = np.int64(32)  # samples; 16 to 64 measure alike
+STACK = (80, 4)  # squares that an order has still to visit: three on each of 24 levels, more than a side can be halved
 
 
 @helper_kernel
@@ -35,7 +37,7 @@ def is_outside(
 
 @inline_kernel
 def scan_row(
-    write_sample: Callable[..., None], row: Array, t: TriangleSetup,
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], row: Array, t: TriangleSetup,
     f0: Integer, f1: Integer, f2: Integer, g1: Integer, g2: Integer, n: int,
 ) -> None:  # fmt: skip
     """Test every sample of a row by the three signs at once, and write those inside.
@@ -44,67 +46,87 @@ def scan_row(
     """
     for i in range(row.shape[0]):
         inside = ((f0 + i * t.a0) | (f1 + i * t.a1) | (f2 + i * t.a2)) >= 0
-        write_sample(row, i, inside, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x), n)
+        inside, depth = bound(t, inside, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x))
+        write_sample(row, i, inside, depth, n)
+
+
+@inline_kernel
+def visit_rows(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup, n: int,
+    stack: Int64Array,
+) -> Integer:  # fmt: skip
+    """Scan the samples of a triangle row by row, and return how many edge values that took."""
+    f0, f1, f2, g1, g2 = t.f0, t.f1, t.f2, t.g1, t.g2
+    x_start, width = t.x_start, t.x_end - t.x_start
+    evaluations = np.int64(0)
+
+    # Scan a narrow box whole.
+    if width <= STRIDE:
+        for y in range(t.y_start, t.y_end):
+            scan_row(write_sample, bound, target[y, x_start : x_start + width], t, f0, f1, f2, g1, g2, n)
+            f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
+        return 3 * width * (t.y_end - t.y_start)
+
+    # In a wide one, find where each row enters the triangle and where it has left it again, and scan what lies between.
+    for y in range(t.y_start, t.y_end):
+        i = np.int64(0)
+        while i < width and is_outside(f0, t.a0, f1, t.a1, f2, t.a2, i, i + STRIDE - 1):
+            i += STRIDE
+        end = i
+        while end < width and not is_outside(f0, t.a0, f1, t.a1, f2, t.a2, end, end + STRIDE - 1):
+            end += STRIDE
+        scan_row(
+            write_sample, bound, target[y, x_start + i : x_start + min(end, width)], t,
+            f0 + i * t.a0, f1 + i * t.a1, f2 + i * t.a2, g1 + i * t.g1_x, g2 + i * t.g2_x, n,
+        )  # fmt: skip
+        f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
+        evaluations += 6 * (end // STRIDE + 1) + 3 * (min(end, width) - i)
+    return evaluations
 
 
 @inline_kernel
 def half_space(
-    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
-    """Write every covered sample of triangles first to last.
+    visit: Callable[..., Integer], write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]],
+    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Write every covered sample of triangles first to last, in the order in which `visit` goes through a box.
 
-    Shapes  target: (H, W, ...), opened a row at a time; triangles: ScreenTriangles.
+    Shapes  target: (H, W, ...), opened a row at a time; counters: (COUNTERS,), added to; triangles: ScreenTriangles.
     Units   pixels and sub-pixels, see TriangleSetup.
     Rule    sampling.rule, folded into the edge constants by the setup.
     Needs   the rectangle of sampling lies within the target.
     Cost    O(bounding box) up to a stride's width; beyond it O(covered samples), and a stride at either end of each row.
     Source  Pineda 1988.
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
+    xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
+    integers, floats = triangles.integers, triangles.floats
+    stack = np.empty(STACK, np.int64)
+    evaluations = np.int64(0)
     for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        t = set_up_triangle(
-            xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-            depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
-        )  # fmt: skip
-        f0, f1, f2, g1, g2 = t.f0, t.f1, t.f2, t.g1, t.g2
-        x_start, width = t.x_start, t.x_end - t.x_start
-
-        # Scan a narrow box whole.
-        if width <= STRIDE:
-            for y in range(t.y_start, t.y_end):
-                scan_row(write_sample, target[y, x_start : x_start + width], t, f0, f1, f2, g1, g2, n)
-                f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
-            continue
-
-        # In a wide one, find where each row enters the triangle and where it has left it again, and scan what lies between.
-        for y in range(t.y_start, t.y_end):
-            i = np.int64(0)
-            while i < width and is_outside(f0, t.a0, f1, t.a1, f2, t.a2, i, i + STRIDE - 1):
-                i += STRIDE
-            end = i
-            while end < width and not is_outside(f0, t.a0, f1, t.a1, f2, t.a2, end, end + STRIDE - 1):
-                end += STRIDE
-            scan_row(
-                write_sample, target[y, x_start + i : x_start + min(end, width)], t,
-                f0 + i * t.a0, f1 + i * t.a1, f2 + i * t.a2, g1 + i * t.g1_x, g2 + i * t.g2_x, n,
-            )  # fmt: skip
-            f0, f1, f2, g1, g2 = f0 + t.b0, f1 + t.b1, f2 + t.b2, g1 + t.g1_y, g2 + t.g2_y
+        t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
+        evaluations += visit(write_sample, bound, target, t, n, stack)
+    counters[EDGE_EVALUATIONS] += evaluations
 
 
 @kernel
-def half_space_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def half_space_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Half-space into (H, W) keys."""
-    half_space(write_sample_key, target, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_key, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def half_space_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def half_space_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Half-space into (H, W, 2) pairs."""
-    half_space(write_sample_pair, target, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def half_space_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def half_space_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Half-space into (H, W) hits."""
-    half_space(write_sample_hit, target, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_hit, keep_sample, target, counters, triangles, first, last, sampling)

@@ -29,8 +29,10 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import halves_sign, product_halves
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.setup import depth_at, set_up_triangle
-from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
+from scanspan.raster.counters import EDGE_EVALUATIONS, SUBDIVISIONS
+from scanspan.raster.order import list_blocks
+from scanspan.raster.setup import depth_at, set_up
+from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_sample_tally
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 HALF_PIXELS = np.int64(3)  # half pixels along an edge of a micropolygon, at most; then it covers about one sample
@@ -45,6 +47,18 @@ SPLIT_SIDE = np.int64(12)  # pixels; a piece with a longer edge is split, so the
 FRACTION_BITS = np.int64(36)
 MAX_LEVEL = np.int64(30)
 MAX_PIECES = 3 * 30 + 1  # that wait: three siblings on each level
+
+
+BUCKET = np.int64(32)  # pixels along a side of the windows that an order other than rows goes by
+
+
+class Window(NamedTuple):
+    """The pixels that pieces are bounded by: the primitive's box, or a bucket of it; ranges are half-open."""
+
+    x_start: Integer
+    x_end: Integer
+    y_start: Integer
+    y_end: Integer
 
 
 class Frame(NamedTuple):
@@ -99,6 +113,14 @@ def make_frame(p_x: Integer, p_y: Integer, t: TriangleSetup, sampling: Sampling)
 
 
 @helper_kernel
+def make_box_frame(t: TriangleSetup, sampling: Sampling) -> Frame:
+    """Return the frame of an outline, which has no corners: a triangle twice as wide and high as its box, and so round it."""
+    s = np.int64(sampling.subpixel_bits)
+    return Frame(t.x_start << s, t.y_start << s, (t.x_end - t.x_start) << (s + 1), np.int64(0),
+                 np.int64(0), (t.y_end - t.y_start) << (s + 1), s)  # fmt: skip
+
+
+@helper_kernel
 def position(frame: Frame, m: Integer, n: Integer) -> tuple[Integer, Integer]:
     """Return where (m, n) lies, or how far it reaches, from the first corner, in units of its level."""
     return m * frame.u_x + n * frame.v_x, m * frame.u_y + n * frame.v_y
@@ -120,15 +142,15 @@ def find_samples(
 
 
 @helper_kernel
-def is_off(frame: Frame, t: TriangleSetup, piece: Piece) -> bool | np.bool_:
-    """Bound: say whether no sample of the band lies in the box of a piece."""
+def is_off(frame: Frame, window: Window, piece: Piece) -> bool | np.bool_:
+    """Bound: say whether no sample of a window lies in the box of a piece."""
     x0, y0 = position(frame, piece.m0, piece.n0)
     x1, y1 = position(frame, piece.m1, piece.n1)
     x2, y2 = position(frame, piece.m2, piece.n2)
     bits = frame.subpixel_bits + piece.level
     sample_x, sample_y = -(frame.p_x << piece.level), -(frame.p_y << piece.level)
-    x_start, x_end = find_samples(min(x0, x1, x2), max(x0, x1, x2), sample_x, bits, t.x_start, t.x_end)
-    y_start, y_end = find_samples(min(y0, y1, y2), max(y0, y1, y2), sample_y, bits, t.y_start, t.y_end)
+    x_start, x_end = find_samples(min(x0, x1, x2), max(x0, x1, x2), sample_x, bits, window.x_start, window.x_end)
+    y_start, y_end = find_samples(min(y0, y1, y2), max(y0, y1, y2), sample_y, bits, window.y_start, window.y_end)
     return (x_start >= x_end) | (y_start >= y_end)
 
 
@@ -223,8 +245,14 @@ def owns_sample(grid: Grid, i: Integer, j: Integer, sign: Integer, x: Integer, y
 
 
 @inline_kernel
-def sample_grid(write_sample: Callable[..., None], target: Array, t: TriangleSetup, n: int, grid: Grid) -> None:
-    """Sample: test the few samples in the box of each micropolygon, and write those that belong to it and to its primitive."""
+def sample_grid(
+    write_sample: Callable[..., None], target: Array, t: TriangleSetup, window: Window, n: int, grid: Grid
+) -> Integer:
+    """Sample: test the few samples in the box of each micropolygon, and write those that belong to it and to its primitive.
+
+    Returns how many edge values that took.
+    """
+    evaluations = np.int64(0)
     low_x, high_x = min(0, grid.u_x, grid.v_x), max(0, grid.u_x, grid.v_x)
     low_y, high_y = min(0, grid.u_y, grid.v_y), max(0, grid.u_y, grid.v_y)
     for row in range(grid.side):
@@ -235,8 +263,9 @@ def sample_grid(write_sample: Callable[..., None], target: Array, t: TriangleSet
             x0, y0 = grid.x + i * grid.u_x + j * grid.v_x, grid.y + i * grid.u_y + j * grid.v_y
             left, right = (x0 - high_x, x0 - low_x) if turned else (x0 + low_x, x0 + high_x)
             top, bottom = (y0 - high_y, y0 - low_y) if turned else (y0 + low_y, y0 + high_y)
-            y_start, y_end = find_samples(top, bottom, grid.sample_y, grid.bits, t.y_start, t.y_end)
-            x_start, x_end = find_samples(left, right, grid.sample_x, grid.bits, t.x_start, t.x_end)
+            y_start, y_end = find_samples(top, bottom, grid.sample_y, grid.bits, window.y_start, window.y_end)
+            x_start, x_end = find_samples(left, right, grid.sample_x, grid.bits, window.x_start, window.x_end)
+            evaluations += 3 * max(x_end - x_start, np.int64(0)) * max(y_end - y_start, np.int64(0))
             for y in range(y_start, y_end):
                 for x in range(x_start, x_end):
                     # Ask the primitive's own edges, which have the rule in them, and then those of the micropolygon.
@@ -248,69 +277,106 @@ def sample_grid(write_sample: Callable[..., None], target: Array, t: TriangleSet
                     ):
                         depth = depth_at(t, t.g1 + k * t.g1_x + h * t.g1_y, t.g2 + k * t.g2_x + h * t.g2_y)
                         write_sample(target[y, x : x + 1], 0, True, depth, n)
+                        evaluations += 3
+    return evaluations
+
+
+@inline_kernel
+def dice_window(
+    write_sample: Callable[..., None], target: Array, t: TriangleSetup, frame: Frame, window: Window, n: int,
+    max_level: Integer, pieces: Int64Array, counters: Int64Array,
+) -> None:  # fmt: skip
+    """Bound and split what waits, beginning with the primitive itself; dice and sample what is not split.
+
+    Shapes  pieces: (MAX_PIECES, 7), room for those that wait.
+    """
+    count = push_piece(pieces, 0, 0, 0, 1, 0, 0, 1, 0)
+    while count > 0:
+        count -= 1
+        piece = Piece(
+            pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3],
+            pieces[count, 4], pieces[count, 5], pieces[count, 6],
+        )  # fmt: skip
+        if is_off(frame, window, piece):
+            continue
+        counters[SUBDIVISIONS] += 1
+        if piece.level < max_level:
+            more = split(pieces, count, frame, piece)
+            if more > count:
+                count = more
+                continue
+        counters[EDGE_EVALUATIONS] += sample_grid(write_sample, target, t, window, n, dice(frame, piece))
 
 
 @inline_kernel
 def micropolygon(
-    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
+    write_sample: Callable[..., None], target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
     """Write every covered sample of triangles first to last.
 
-    Shapes  target: (H, W, ...), opened a sample at a time; triangles: ScreenTriangles.
+    Shapes  target: (H, W, ...), opened a sample at a time; counters: (COUNTERS,), added to; triangles: ScreenTriangles.
     Units   pixels and sub-pixels, see TriangleSetup.
     Rule    sampling.rule for the edges of the primitive, folded into them by the setup; edge_owns for those made here.
+            Where sampling.order is not by rows, a primitive is made bucket by bucket, as Reyes renders a picture.
     Needs   the rectangle of sampling lies within the target.
     Cost    O(area of the boxes of micropolygons); some 100 ns a covered sample.
     Source  Cook, Carpenter and Catmull 1987.
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
+    xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
+    integers, floats = triangles.integers, triangles.floats
     pieces = np.empty((MAX_PIECES, 7), np.int64)
     max_level = min(FRACTION_BITS - sampling.subpixel_bits, MAX_LEVEL) - DICE_LEVELS
     for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        t = set_up_triangle(
-            xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-            depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
-        )  # fmt: skip
+        t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
         if t.y_start == t.y_end:
             continue
+        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
         if xy[q, 1] < xy[p, 1] or (xy[q, 1] == xy[p, 1] and xy[q, 0] < xy[p, 0]):
             p = q
         if xy[r, 1] < xy[p, 1] or (xy[r, 1] == xy[p, 1] and xy[r, 0] < xy[p, 0]):
             p = r
-        frame = make_frame(xy[p, 0], xy[p, 1], t, sampling)
+        frame = make_frame(xy[p, 0], xy[p, 1], t, sampling) if outline[n] < 0 else make_box_frame(t, sampling)
 
-        # Bound and split what waits, beginning with the primitive itself; dice and sample what is not split.
-        count = push_piece(pieces, 0, 0, 0, 1, 0, 0, 1, 0)
-        while count > 0:
-            count -= 1
-            piece = Piece(
-                pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3],
-                pieces[count, 4], pieces[count, 5], pieces[count, 6],
-            )  # fmt: skip
-            if is_off(frame, t, piece):
-                continue
-            if piece.level < max_level:
-                more = split(pieces, count, frame, piece)
-                if more > count:
-                    count = more
-                    continue
-            sample_grid(write_sample, target, t, n, dice(frame, piece))
+        # Take the whole box at once, or buckets in the order that is asked for.
+        if sampling.order == 0 or max(t.x_end - t.x_start, t.y_end - t.y_start) <= BUCKET:
+            window = Window(t.x_start, t.x_end, t.y_start, t.y_end)
+            dice_window(write_sample, target, t, frame, window, n, max_level, pieces, counters)
+            continue
+        blocks = list_blocks(sampling.order, (t.x_end - t.x_start - 1) // BUCKET + 1, (t.y_end - t.y_start - 1) // BUCKET + 1)
+        for k in range(blocks.shape[0]):
+            x, y = t.x_start + blocks[k, 0] * BUCKET, t.y_start + blocks[k, 1] * BUCKET
+            window = Window(x, min(x + BUCKET, t.x_end), y, min(y + BUCKET, t.y_end))
+            dice_window(write_sample, target, t, frame, window, n, max_level, pieces, counters)
 
 
 @kernel
-def micropolygon_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def micropolygon_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Micropolygons into (H, W) keys."""
-    micropolygon(write_sample_key, target, triangles, first, last, sampling)
+    micropolygon(write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def micropolygon_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def micropolygon_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Micropolygons into (H, W, 2) pairs."""
-    micropolygon(write_sample_pair, target, triangles, first, last, sampling)
+    micropolygon(write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def micropolygon_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def micropolygon_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Micropolygons into (H, W) hits."""
-    micropolygon(write_sample_hit, target, triangles, first, last, sampling)
+    micropolygon(write_sample_hit, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def micropolygon_tallies(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Micropolygons into (H, W, 4) tallies."""
+    micropolygon(write_sample_tally, target, counters, triangles, first, last, sampling)

@@ -15,7 +15,7 @@ import numpy as np
 
 from scanspan.errors import InputError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, MAX_SUBPIXEL_BITS, MIN_SUBPIXEL_BITS
-from scanspan.raster.edge import BOTTOM_LEFT, EXCLUSIVE, INCLUSIVE, OFFSCREEN_POINT, TOP_LEFT
+from scanspan.raster.edge import BOTTOM_LEFT, EXCLUSIVE, INCLUSIVE, INSIDE, OFFSCREEN_POINT, SAMPLE, TOP_LEFT, TOUCHED
 from scanspan.records import Sampling
 
 RULES = {
@@ -25,6 +25,7 @@ RULES = {
     "inclusive": INCLUSIVE,
     "exclusive": EXCLUSIVE,
 }
+COVERAGES = {"sample": SAMPLE, "touched": TOUCHED, "inside": INSIDE}
 CULLING = {"none": 0, "back": 1, "front": -1}
 
 
@@ -108,7 +109,10 @@ def check_threads(value: Any) -> int:
     return check_integer("threads", value, 1, 4096)
 
 
-def make_sampling(size: tuple[int, int], offset: Any, *, rule: str | OffscreenPoint, cull: str, subpixel_bits: int) -> Sampling:
+def make_sampling(
+    size: tuple[int, int], offset: Any, *, rule: str | OffscreenPoint, cull: str, subpixel_bits: int,
+    coverage: str = "sample", order: int = 0,
+) -> Sampling:  # fmt: skip
     """Return the Sampling of a whole image for one sample position.
 
     Parameters
@@ -118,6 +122,8 @@ def make_sampling(size: tuple[int, int], offset: Any, *, rule: str | OffscreenPo
     rule : a name of RULES, or an OffscreenPoint.
     cull : "none", "back" or "front".
     subpixel_bits : s, checked.
+    coverage : "sample", "touched" or "inside".
+    order : the number of an order, for algorithms that choose it as they go.
     """
     if isinstance(rule, OffscreenPoint):
         code, point = OFFSCREEN_POINT, rule.on_grid(subpixel_bits)
@@ -127,4 +133,5 @@ def make_sampling(size: tuple[int, int], offset: Any, *, rule: str | OffscreenPo
         raise unknown_name("rule", rule, [*RULES, "OffscreenPoint(x, y)"])
     if not isinstance(cull, str) or cull not in CULLING:
         raise unknown_name("cull", cull, CULLING)
-    return Sampling(0, size[0], 0, size[1], subpixel_bits, int(offset[0]), int(offset[1]), CULLING[cull], code, *point)
+    return Sampling(0, size[0], 0, size[1], subpixel_bits, int(offset[0]), int(offset[1]), CULLING[cull], code, *point,
+                    COVERAGES[coverage], order)  # fmt: skip

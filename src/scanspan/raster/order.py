@@ -20,13 +20,13 @@ from collections.abc import Callable
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.half_space import scan_row
-from scanspan.raster.setup import depth_at, set_up_triangle
+from scanspan.raster.half_space import STACK, half_space, scan_row
+from scanspan.raster.setup import depth_at, keep_sample
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 BLOCK = 8  # samples along a side
-LEVELS = 24  # of quarters: more than a side of 2^18 px can be halved
+FIRST_CURVE = 3  # of the orders in algorithms.py
 
 # For each of the four ways that Hilbert's curve may run through a square: the quarters (x + 2 y) in order, and the way in each.
 HILBERT = np.array(
@@ -38,7 +38,7 @@ HILBERT = np.array(
     ],
     np.int64,
 )
-MORTON = np.array([[[0, 1, 2, 3], [0, 0, 0, 0]]], np.int64)
+MORTON = np.array([[[0, 1, 2, 3], [0, 0, 0, 0]]] * 4, np.int64)
 
 
 @helper_kernel
@@ -54,174 +54,249 @@ def is_rejected(t: TriangleSetup, i: Integer, j: Integer, side: Integer) -> bool
     return bool((f0 | f1 | f2) < 0)
 
 
+@kernel
+def list_blocks(order: int, columns: int, rows: int) -> Int64Array:
+    """Return the (x, y) of all blocks of a grid, (N, 2), in an order of algorithms.py, by its number there.
+
+    Blocks lie along rows, to and fro in the second order; the last two are curves.
+    """
+    blocks = np.empty((columns * rows, 2), np.int64)
+    if order < FIRST_CURVE:
+        for k in range(columns * rows):
+            x, y = k % columns, k // columns
+            blocks[k, 0], blocks[k, 1] = columns - 1 - x if order == 1 and y & 1 else x, y
+        return blocks
+    quarters = MORTON if order == FIRST_CURVE else HILBERT
+    side = 1
+    while side < max(columns, rows):
+        side *= 2
+    stack = np.empty(STACK, np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, side, 0
+    depth, count = 1, 0
+    while depth > 0:
+        depth -= 1
+        i, j, side, way = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
+        if i >= columns or j >= rows:
+            continue
+        if side == 1:
+            blocks[count, 0], blocks[count, 1] = i, j
+            count += 1
+            continue
+        depth = push_quarters(stack, depth, i, j, side, way, quarters)
+    return blocks
+
+
+@helper_kernel
+def push_quarters(
+    stack: Int64Array, depth: int, i: Integer, j: Integer, side: Integer, way: Integer, quarters: Int64Array
+) -> int:
+    """Push the quarters of a square, the first on top, and return the stack's new depth."""
+    half = side // 2
+    for k in range(3, -1, -1):
+        quarter = quarters[way, 0, k]
+        stack[depth, 0], stack[depth, 1] = i + (quarter & 1) * half, j + (quarter >> 1) * half
+        stack[depth, 2], stack[depth, 3] = half, quarters[way, 1, k]
+        depth += 1
+    return depth
+
+
 @inline_kernel
-def scan_block(write_sample: Callable[..., None], target: Array, t: TriangleSetup, i: int, j: int, n: int) -> None:
-    """Scan the samples of one block, row by row, as far as they lie in the box."""
+def scan_block(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup,
+    i: int, j: int, n: int,
+) -> Integer:  # fmt: skip
+    """Scan the samples of one block, row by row, as far as they lie in the box, and return how many edge values that took."""
     x, width = t.x_start + i, min(BLOCK, t.x_end - t.x_start - i)
-    for k in range(j, min(j + BLOCK, t.y_end - t.y_start)):
+    height = min(BLOCK, t.y_end - t.y_start - j)
+    for k in range(j, j + height):
         scan_row(
-            write_sample, target[t.y_start + k, x : x + width], t,
+            write_sample, bound, target[t.y_start + k, x : x + width], t,
             t.f0 + i * t.a0 + k * t.b0, t.f1 + i * t.a1 + k * t.b1, t.f2 + i * t.a2 + k * t.b2,
             t.g1 + i * t.g1_x + k * t.g1_y, t.g2 + i * t.g2_x + k * t.g2_y, n,
         )  # fmt: skip
+    return 3 * width * height
 
 
 @inline_kernel
-def serpentine(
-    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
-    """Visit rows to and fro: the odd ones from right to left.
-
-    Shapes, units, rule and needs as for half_space. Cost: O(bounding box).
-    """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
-    for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        t = set_up_triangle(
-            xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-            depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
-        )  # fmt: skip
-        width = t.x_end - t.x_start
-        for j in range(t.y_end - t.y_start):
-            row = target[t.y_start + j, t.x_start : t.x_end]
-            f0, f1, f2 = t.f0 + j * t.b0, t.f1 + j * t.b1, t.f2 + j * t.b2
-            g1, g2 = t.g1 + j * t.g1_y, t.g2 + j * t.g2_y
-            for k in range(width):
-                i = width - 1 - k if (t.y_start + j) & 1 else k
-                inside = ((f0 + i * t.a0) | (f1 + i * t.a1) | (f2 + i * t.a2)) >= 0
-                write_sample(row, i, inside, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x), n)
+def visit_serpentine(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup, n: int,
+    stack: Int64Array,
+) -> Integer:  # fmt: skip
+    """Visit rows to and fro: the odd ones from right to left. Cost: O(bounding box)."""
+    width = t.x_end - t.x_start
+    for j in range(t.y_end - t.y_start):
+        row = target[t.y_start + j, t.x_start : t.x_end]
+        f0, f1, f2 = t.f0 + j * t.b0, t.f1 + j * t.b1, t.f2 + j * t.b2
+        g1, g2 = t.g1 + j * t.g1_y, t.g2 + j * t.g2_y
+        for k in range(width):
+            i = width - 1 - k if (t.y_start + j) & 1 else k
+            inside = ((f0 + i * t.a0) | (f1 + i * t.a1) | (f2 + i * t.a2)) >= 0
+            inside, depth = bound(t, inside, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x))
+            write_sample(row, i, inside, depth, n)
+    return 3 * width * (t.y_end - t.y_start)
 
 
 @inline_kernel
-def tiles(
-    write_sample: Callable[..., None], target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
+def visit_tiles(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup, n: int,
+    stack: Int64Array,
+) -> Integer:  # fmt: skip
     """Visit blocks row by row, and leave out those that an edge rejects.
 
-    Shapes, units, rule and needs as for half_space. Cost: O(blocks of the box + samples of blocks that are not rejected).
+    Cost: O(blocks of the box + samples of blocks that are not rejected).
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
-    for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        t = set_up_triangle(
-            xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-            depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
-        )  # fmt: skip
-        for j in range(0, t.y_end - t.y_start, BLOCK):
-            for i in range(0, t.x_end - t.x_start, BLOCK):
-                if not is_rejected(t, i, j, BLOCK):
-                    scan_block(write_sample, target, t, i, j, n)
+    evaluations = np.int64(0)
+    for j in range(0, t.y_end - t.y_start, BLOCK):
+        for i in range(0, t.x_end - t.x_start, BLOCK):
+            evaluations += 3
+            if not is_rejected(t, i, j, BLOCK):
+                evaluations += scan_block(write_sample, bound, target, t, i, j, n)
+    return evaluations
 
 
 @inline_kernel
-def curve(
-    write_sample: Callable[..., None], quarters: Int64Array, target: Array, triangles: ScreenTriangles, first: int, last: int,
-    sampling: Sampling,
-) -> None:  # fmt: skip
+def visit_curve(
+    quarters: Int64Array, write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array,
+    t: TriangleSetup, n: int, stack: Int64Array,
+) -> Integer:  # fmt: skip
     """Visit blocks along a space-filling curve, from the quarters of the box down, and leave out what an edge rejects.
 
-    Shapes  quarters: (ways, 2, 4), MORTON or HILBERT; the others as for half_space.
+    Shapes  quarters: (ways, 2, 4), MORTON or HILBERT; stack: as STACK in half_space.py.
     Cost    O(blocks along the edges, times the levels + covered samples).
     """
-    xy, depths, corners, inner = triangles.xy, triangles.depth, triangles.corners, triangles.inner
-    stack = np.empty((3 * LEVELS + 4, 4), np.int64)
-    for n in range(first, last):
-        p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        t = set_up_triangle(
-            xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-            depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
-        )  # fmt: skip
-        width, height = t.x_end - t.x_start, t.y_end - t.y_start
-        side = BLOCK
-        while side < max(width, height):
-            side *= 2
+    width, height = t.x_end - t.x_start, t.y_end - t.y_start
+    side = BLOCK
+    while side < max(width, height):
+        side *= 2
 
-        # Take squares off the stack, and put back the quarters of those that are neither blocks nor rejected, the first on top.
-        stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, side, 0
-        depth = 1 if height > 0 else 0
-        while depth > 0:
-            depth -= 1
-            i, j, side, way = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
-            if i >= width or j >= height or is_rejected(t, i, j, side):
-                continue
-            if side == BLOCK:
-                scan_block(write_sample, target, t, i, j, n)
-                continue
-            half = side // 2
-            for k in range(4):
-                quarter, turned = quarters[way, 0, 3 - k], quarters[way, 1, 3 - k]
-                stack[depth, 0], stack[depth, 1] = i + (quarter & 1) * half, j + (quarter >> 1) * half
-                stack[depth, 2], stack[depth, 3] = half, turned
-                depth += 1
+    # Take squares off the stack, and put back the quarters of those that are neither blocks nor rejected, the first on top.
+    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, side, 0
+    depth = 1 if height > 0 else 0
+    evaluations = np.int64(0)
+    while depth > 0:
+        depth -= 1
+        i, j, side, way = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
+        if i >= width or j >= height:
+            continue
+        evaluations += 3
+        if is_rejected(t, i, j, side):
+            continue
+        if side == BLOCK:
+            evaluations += scan_block(write_sample, bound, target, t, i, j, n)
+            continue
+        depth = push_quarters(stack, depth, i, j, side, way, quarters)
+    return evaluations
+
+
+@inline_kernel
+def visit_morton(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup, n: int,
+    stack: Int64Array,
+) -> Integer:  # fmt: skip
+    """Visit blocks along Morton's curve."""
+    return visit_curve(MORTON, write_sample, bound, target, t, n, stack)
+
+
+@inline_kernel
+def visit_hilbert(
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], target: Array, t: TriangleSetup, n: int,
+    stack: Int64Array,
+) -> Integer:  # fmt: skip
+    """Visit blocks along Hilbert's curve."""
+    return visit_curve(HILBERT, write_sample, bound, target, t, n, stack)
 
 
 @kernel
-def serpentine_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def serpentine_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Serpentine into (H, W) keys."""
-    serpentine(write_sample_key, target, triangles, first, last, sampling)
+    half_space(visit_serpentine, write_sample_key, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def serpentine_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def serpentine_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Serpentine into (H, W, 2) pairs."""
-    serpentine(write_sample_pair, target, triangles, first, last, sampling)
+    half_space(visit_serpentine, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def serpentine_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def serpentine_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Serpentine into (H, W) hits."""
-    serpentine(write_sample_hit, target, triangles, first, last, sampling)
+    half_space(visit_serpentine, write_sample_hit, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def tiles_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def tiles_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Tiles into (H, W) keys."""
-    tiles(write_sample_key, target, triangles, first, last, sampling)
+    half_space(visit_tiles, write_sample_key, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def tiles_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def tiles_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Tiles into (H, W, 2) pairs."""
-    tiles(write_sample_pair, target, triangles, first, last, sampling)
+    half_space(visit_tiles, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def tiles_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def tiles_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Tiles into (H, W) hits."""
-    tiles(write_sample_hit, target, triangles, first, last, sampling)
+    half_space(visit_tiles, write_sample_hit, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def morton_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def morton_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Morton's curve into (H, W) keys."""
-    curve(write_sample_key, MORTON, target, triangles, first, last, sampling)
+    half_space(visit_morton, write_sample_key, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def morton_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def morton_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Morton's curve into (H, W, 2) pairs."""
-    curve(write_sample_pair, MORTON, target, triangles, first, last, sampling)
+    half_space(visit_morton, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def morton_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def morton_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Morton's curve into (H, W) hits."""
-    curve(write_sample_hit, MORTON, target, triangles, first, last, sampling)
+    half_space(visit_morton, write_sample_hit, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def hilbert_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def hilbert_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Hilbert's curve into (H, W) keys."""
-    curve(write_sample_key, HILBERT, target, triangles, first, last, sampling)
+    half_space(visit_hilbert, write_sample_key, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def hilbert_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def hilbert_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Hilbert's curve into (H, W, 2) pairs."""
-    curve(write_sample_pair, HILBERT, target, triangles, first, last, sampling)
+    half_space(visit_hilbert, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def hilbert_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def hilbert_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Hilbert's curve into (H, W) hits."""
-    curve(write_sample_hit, HILBERT, target, triangles, first, last, sampling)
+    half_space(visit_hilbert, write_sample_hit, keep_sample, target, counters, triangles, first, last, sampling)

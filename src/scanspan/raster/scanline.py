@@ -26,21 +26,14 @@ from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.active_edges import (
     BASE1,
     BASE2,
-    COUNTERS,
-    DEPTH_TESTS,
     G1,
     G1_X,
     G1_Y,
     G2,
     G2_X,
     G2_Y,
-    LEFT_OVER,
     NUMBER,
     OUT,
-    OUT_OF_ORDER,
-    SET_TWICE,
-    SPANS,
-    WRITES,
     ActiveEdges,
     build_edge_table,
     insert_edges,
@@ -48,7 +41,8 @@ from scanspan.raster.active_edges import (
     sort_edges,
     step_edges,
 )
-from scanspan.raster.setup import depth_at
+from scanspan.raster.counters import DEPTH_TESTS, LEFT_OVER, OUT_OF_ORDER, SET_TWICE, SPANS
+from scanspan.raster.setup import depth_at, keep_sample
 from scanspan.raster.write import (
     EMPTY_KEY,
     is_nearer,
@@ -56,6 +50,7 @@ from scanspan.raster.write import (
     write_sample_hit,
     write_sample_key,
     write_sample_pair,
+    write_sample_tally,
     write_span,
 )
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
@@ -75,6 +70,7 @@ def row_setup(slots: Int64Array, planes: Float64Array, v: Integer) -> TriangleSe
     return TriangleSetup(
         none, none, none, none, none, none, none, none, none, none, none, none, none,
         slots[v, G1], slots[v, G1_X], none, slots[v, G2], slots[v, G2_X], none, planes[v, 0], planes[v, 1], planes[v, 2],
+        -np.inf, np.inf, -np.inf, np.inf,
     )  # fmt: skip
 
 
@@ -87,7 +83,7 @@ def write_spans(
     Shapes  row: a row of a target.
     """
     order, x, slots, planes = active.order, active.x, active.slots, active.planes
-    spans, samples, last = 0, np.int64(0), np.int64(0)
+    spans, last = 0, np.int64(0)
     for k in range(count):
         e = order[k]
         counters[OUT_OF_ORDER] += np.int64(x[e] < last)
@@ -96,11 +92,9 @@ def write_spans(
             v, end = e >> 1, x[e + 1]
             open_row(slots, v, y)
             t = row_setup(slots, planes, v)
-            write_span(write_sample, row[last:end], t, t.g1 + last * t.g1_x, t.g2 + last * t.g2_x, slots[v, NUMBER])
+            write_span(write_sample, keep_sample, row[last:end], t, t.g1 + last * t.g1_x, t.g2 + last * t.g2_x, slots[v, NUMBER])
             spans += 1
-            samples += end - last
     counters[SPANS] += spans
-    counters[DEPTH_TESTS] += samples
 
 
 @helper_kernel
@@ -197,14 +191,13 @@ def evaluate_row(
             write_sample(row, i, True, depth_at(t, t.g1 + i * t.g1_x, t.g2 + i * t.g2_x), slots[v, NUMBER])
         counters[SET_TWICE] += np.int64(start < written)
         counters[DEPTH_TESTS] += spans * (end - start)
-        counters[WRITES] += end - start
         written = end
 
 
 @inline_kernel
 def scanline_eval(
     find_nearest: Callable[..., Integer], write_sample: Callable[..., None],
-    target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling, counters: Int64Array,
+    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the nearest of triangles first to last at every sample, each sample once.
 
@@ -221,7 +214,7 @@ def scanline_eval(
     for y in range(sampling.y_start, sampling.y_end):
         count = insert_edges(active, count, y, table, triangles, sampling, counters)
         evaluate_row(find_nearest, write_sample, target[y], active, count, y, counters)
-        count = step_edges(active, count, y + 1, sampling)
+        count = step_edges(active, count, y + 1, sampling, counters)
         sort_edges(active, count, counters)
     counters[LEFT_OVER] += count
 
@@ -229,7 +222,7 @@ def scanline_eval(
 @inline_kernel
 def scanline_zrow(
     write_sample: Callable[..., None],
-    target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling, counters: Int64Array,
+    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Render triangles first to last span by span into a buffer of one row, and write each row once.
 
@@ -245,8 +238,7 @@ def scanline_zrow(
             row[start:end] = target[y, start:end]
             write_spans(write_sample, row, active, count, y, counters)
             target[y, start:end] = row[start:end]
-            counters[WRITES] += end - start
-        count = step_edges(active, count, y + 1, sampling)
+        count = step_edges(active, count, y + 1, sampling, counters)
         sort_edges(active, count, counters)
     counters[LEFT_OVER] += count
 
@@ -254,7 +246,7 @@ def scanline_zrow(
 @inline_kernel
 def scanline_count(
     write_sample: Callable[..., None],
-    target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling, counters: Int64Array,
+    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write every covered sample of triangles first to last: the sweep of all three where nothing hides anything.
 
@@ -265,38 +257,62 @@ def scanline_count(
     for y in range(sampling.y_start, sampling.y_end):
         count = insert_edges(active, count, y, table, triangles, sampling, counters)
         write_spans(write_sample, target[y], active, count, y, counters)
-        count = step_edges(active, count, y + 1, sampling)
+        count = step_edges(active, count, y + 1, sampling, counters)
         sort_edges(active, count, counters)
     counters[LEFT_OVER] += count
 
 
 @kernel
-def scanline_eval_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
-    """Scan lines, depths evaluated at each sample, into (H, W) keys."""
-    counters = np.zeros(COUNTERS, np.int64)
-    scanline_eval(find_nearest_key, write_sample_key, target, triangles, first, last, sampling, counters)
+def scanline_eval_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Scan lines, evaluating, into (H, W) keys."""
+    scanline_eval(find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def scanline_eval_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
-    """Scan lines, depths evaluated at each sample, into (H, W, 2) pairs."""
-    counters = np.zeros(COUNTERS, np.int64)
-    scanline_eval(find_nearest_pair, write_sample_pair, target, triangles, first, last, sampling, counters)
+def scanline_eval_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Scan lines, evaluating, into (H, W, 2) pairs."""
+    scanline_eval(find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def scanline_zrow_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def scanline_eval_tallies(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Scan lines, evaluating, into (H, W, 4) tallies."""
+    scanline_eval(find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def scanline_zrow_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Scan lines, a depth buffer of one row, into (H, W) keys."""
-    scanline_zrow(write_sample_key, target, triangles, first, last, sampling, np.zeros(COUNTERS, np.int64))
+    scanline_zrow(write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def scanline_zrow_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def scanline_zrow_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Scan lines, a depth buffer of one row, into (H, W, 2) pairs."""
-    scanline_zrow(write_sample_pair, target, triangles, first, last, sampling, np.zeros(COUNTERS, np.int64))
+    scanline_zrow(write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def scanline_hits(target: Int32Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def scanline_zrow_tallies(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Scan lines, a depth buffer of one row, into (H, W, 4) tallies."""
+    scanline_zrow(write_sample_tally, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def scanline_hits(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Scan lines into (H, W) hits."""
-    scanline_count(write_sample_hit, target, triangles, first, last, sampling, np.zeros(COUNTERS, np.int64))
+    scanline_count(write_sample_hit, target, counters, triangles, first, last, sampling)

@@ -9,6 +9,10 @@ and the others in the order that makes the area positive. So it does not depend 
 accurate on slivers, where a plane in x and y loses what the division by a tiny area magnifies. Two conversions and two products
 a sample are the price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
 
+Some things are bounded by lines that do not join corners on the grid: a trapezoid of a polygon (polygon.py), a triangle that
+reaches behind the eye (homogeneous.py). Such an outline has its lines, its box and its plane of depth given, and gets a setup of
+the same kind, so that every algorithm can draw it.
+
 Source: the plane equations of the lectures, with the error of rounding A, B and C apart mended by snapping the vertices.
 """
 
@@ -17,17 +21,79 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.fixed_point import halves_float, halves_sign, product_halves
-from scanspan.jit import helper_kernel
-from scanspan.raster.edge import HIGH_LIMIT_BITS, edge_bias, edge_start
-from scanspan.records import Integer, Sampling, TriangleSetup
+from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.raster.edge import HIGH_LIMIT_BITS, SAMPLE, TOUCHED, edge_bias, edge_start, pixel_bias
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
-EMPTY = TriangleSetup._make((np.int64(0),) * 19 + (0.0,) * 3)
+EMPTY = TriangleSetup._make((np.int64(0),) * 19 + (0.0,) * 3 + (-np.inf, np.inf) * 2)
+
+
+INTEGERS, FLOATS = 19, 7  # fields of a TriangleSetup
+
+
+@inline_kernel
+def keep_setup(integers: Int64Array, floats: Float64Array, k: int, t: TriangleSetup) -> None:
+    """Write a setup into row k of its two arrays."""
+    integers[k, 0], integers[k, 1], integers[k, 2], integers[k, 3] = t.x_start, t.x_end, t.y_start, t.y_end
+    integers[k, 4], integers[k, 5], integers[k, 6] = t.f0, t.f1, t.f2
+    integers[k, 7], integers[k, 8], integers[k, 9] = t.a0, t.a1, t.a2
+    integers[k, 10], integers[k, 11], integers[k, 12] = t.b0, t.b1, t.b2
+    integers[k, 13], integers[k, 14], integers[k, 15] = t.g1, t.g1_x, t.g1_y
+    integers[k, 16], integers[k, 17], integers[k, 18] = t.g2, t.g2_x, t.g2_y
+    floats[k, 0], floats[k, 1], floats[k, 2] = t.depth, t.slope1, t.slope2
+    floats[k, 3], floats[k, 4], floats[k, 5], floats[k, 6] = t.depth_low, t.depth_high, t.cut_low, t.cut_high
+
+
+@inline_kernel
+def kept_setup(integers: Int64Array, floats: Float64Array, k: Integer) -> TriangleSetup:
+    """Return the setup in row k."""
+    return TriangleSetup(
+        integers[k, 0], integers[k, 1], integers[k, 2], integers[k, 3], integers[k, 4], integers[k, 5], integers[k, 6],
+        integers[k, 7], integers[k, 8], integers[k, 9], integers[k, 10], integers[k, 11], integers[k, 12], integers[k, 13],
+        integers[k, 14], integers[k, 15], integers[k, 16], integers[k, 17], integers[k, 18],
+        floats[k, 0], floats[k, 1], floats[k, 2], floats[k, 3], floats[k, 4], floats[k, 5], floats[k, 6],
+    )  # fmt: skip
+
+
+@helper_kernel
+def set_up(
+    xy: Int64Array, depths: Float64Array, corners: Int32Array, inner: Array, outline: Int32Array, integers: Int64Array,
+    floats: Float64Array, n: int, sampling: Sampling,
+) -> TriangleSetup:  # fmt: skip
+    """Return the setup of triangle n, or of its outline where it has one: that is made beforehand, as it is rare.
+
+    Shapes  the fields of ScreenTriangles, which a loop has at hand.
+    """
+    if outline[n] >= 0:
+        return kept_setup(integers, floats, outline[n])
+    p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
+    return set_up_triangle(
+        xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
+        depths[p], depths[q], depths[r], np.int64(inner[n]), sampling,
+    )  # fmt: skip
 
 
 @helper_kernel
 def first_sample(position: Integer, sample: int, subpixel_bits: int) -> Integer:
     """Return the first pixel whose sample is not before a position; both in sub-pixels."""
     return -((sample - position) >> subpixel_bits)
+
+
+@helper_kernel
+def pixels_between(
+    low: Integer, high: Integer, sample: int, sampling: Sampling, start: int, end: int
+) -> tuple[Integer, Integer]:
+    """Return the pixels among start to end that a shape from low to high, both included, may cover along one axis.
+
+    Rule    SAMPLE: the sample lies there. TOUCHED: the pixel's open side meets the shape's. INSIDE: all of the pixel lies there.
+    """
+    s = sampling.subpixel_bits
+    if sampling.coverage == SAMPLE:
+        return max(first_sample(low, sample, s), start), min(((high - sample) >> s) + 1, end)
+    edge = sample - ((1 << s) >> 1)
+    if sampling.coverage == TOUCHED:
+        return max((low - edge) >> s, start), min(-((edge - high) >> s), end)
+    return max(-((edge - low) >> s), start), min((high - edge) >> s, end)
 
 
 @helper_kernel
@@ -44,10 +110,9 @@ def set_up_triangle(
     s = sampling.subpixel_bits
 
     # Find the pixels whose samples lie in the bounding box; most triangles of a fine mesh end here.
-    x_start = max(first_sample(min(p_x, q_x, r_x), sampling.sample_x, s), sampling.x_start)
-    x_end = min(((max(p_x, q_x, r_x) - sampling.sample_x) >> s) + 1, sampling.x_end)
-    y_start = max(first_sample(min(p_y, q_y, r_y), sampling.sample_y, s), sampling.y_start)
-    y_end = min(((max(p_y, q_y, r_y) - sampling.sample_y) >> s) + 1, sampling.y_end)
+    low_x, high_x, low_y, high_y = min(p_x, q_x, r_x), max(p_x, q_x, r_x), min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+    x_start, x_end = pixels_between(low_x, high_x, sampling.sample_x, sampling, sampling.x_start, sampling.x_end)
+    y_start, y_end = pixels_between(low_y, high_y, sampling.sample_y, sampling, sampling.y_start, sampling.y_end)
     if x_start >= x_end or y_start >= y_end:
         return EMPTY
 
@@ -82,6 +147,9 @@ def set_up_triangle(
     bias0 = edge_bias(a0, b0, q_x, q_y, inner_p != 0, rule, rule_x, rule_y, rule_w)
     bias1 = edge_bias(a1, b1, r_x, r_y, inner_q != 0, rule, rule_x, rule_y, rule_w)
     bias2 = edge_bias(a2, b2, p_x, p_y, inner_r != 0, rule, rule_x, rule_y, rule_w)
+    if sampling.coverage != SAMPLE:
+        bias0, bias1 = pixel_bias(a0, b0, sampling.coverage, s), pixel_bias(a1, b1, sampling.coverage, s)
+        bias2 = pixel_bias(a2, b2, sampling.coverage, s)
 
     # Evaluate them at the first sample of the box, exactly.
     x = (x_start << s) + sampling.sample_x
@@ -101,25 +169,120 @@ def set_up_triangle(
     unit = np.float64(np.int64(1) << s)
     limit = np.int64(1) << (HIGH_LIMIT_BITS + s)
     if max(abs(high1), abs(high2)) < limit:
+        g1, g2 = f1, f2
+        if sampling.coverage != SAMPLE:
+            bias1 = bias2 = np.int64(0)
+            g1, g2 = edge_start(high1, low1, bias1, s), edge_start(high2, low2, bias2, s)
         mask = (np.int64(1) << s) - 1
         rest1 = np.float64(((low1 + bias1) & mask) - bias1)
         rest2 = np.float64(((low2 + bias2) & mask) - bias2)
         depth += rest1 * slope1 + rest2 * slope2
-        g1, g1_x, g1_y, g2, g2_x, g2_y = f1, a1, b1, f2, a2, b2
+        g1_x, g1_y, g2_x, g2_y = a1, b1, a2, b2
         slope1, slope2 = slope1 * unit, slope2 * unit
     else:
-        high1, low1 = product_halves(a1, b1, sampling.sample_x - r_x, sampling.sample_y - r_y)
-        high2, low2 = product_halves(a2, b2, sampling.sample_x - p_x, sampling.sample_y - p_y)
-        depth += halves_float(high1, low1) * slope1 + halves_float(high2, low2) * slope2
-        along_x = (np.float64(a1) * slope1 + np.float64(a2) * slope2) * unit
-        along_y = (np.float64(b1) * slope1 + np.float64(b2) * slope2) * unit
-        g1, g1_x, g1_y, g2, g2_x, g2_y = x_start, np.int64(1), np.int64(0), y_start, np.int64(0), np.int64(1)
-        slope1, slope2 = along_x, along_y
+        along_x = np.float64(a1) * slope1 + np.float64(a2) * slope2
+        along_y = np.float64(b1) * slope1 + np.float64(b2) * slope2
+        depth, g1, g2 = plane_start(p_x, p_y, depth, along_x, along_y, x_start, y_start, sampling)
+        g1_x, g1_y, g2_x, g2_y = np.int64(1), np.int64(0), np.int64(0), np.int64(1)
+        slope1, slope2 = along_x * unit, along_y * unit
+    depth_low, depth_high = min(p_depth, q_depth, r_depth), max(p_depth, q_depth, r_depth)
+    if sampling.coverage == SAMPLE:
+        depth_low, depth_high = -np.inf, np.inf
     return TriangleSetup(x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2,
-                         g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2)  # fmt: skip
+                         g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2,
+                         depth_low, depth_high, -np.inf, np.inf)  # fmt: skip
+
+
+@helper_kernel
+def plane_start(
+    x: Integer, y: Integer, depth: float, along_x: float, along_y: float, x_start: Integer, y_start: Integer, sampling: Sampling
+) -> tuple[float, Integer, Integer]:
+    """Return a depth plane in x and y as a constant and the two integers that it has at pixel (x_start, y_start).
+
+    The integers count pixels from the one whose sample is next before (x, y), so that they are small near the triangle.
+    """
+    s = sampling.subpixel_bits
+    i, j = (x - sampling.sample_x) >> s, (y - sampling.sample_y) >> s
+    rest_x, rest_y = (i << s) + sampling.sample_x - x, (j << s) + sampling.sample_y - y
+    depth += np.float64(rest_x) * along_x + np.float64(rest_y) * along_y
+    return depth, x_start - i, y_start - j
+
+
+@helper_kernel
+def line_start(lines: Int64Array, m: Integer, k: int, x: Integer, y: Integer, sampling: Sampling) -> Integer:
+    """Return the value of line k of outline m at a sample, with the bias in it, divided by 2^s and floored."""
+    a, b, q_x, q_y = lines[m, k, 0], lines[m, k, 1], lines[m, k, 2], lines[m, k, 3]
+    if a == 0 and b == 0:
+        return np.int64(0)
+    bias = edge_bias(a, b, q_x, q_y, False, sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w)
+    if sampling.coverage != SAMPLE:
+        bias = pixel_bias(a, b, sampling.coverage, sampling.subpixel_bits)
+    high, low = product_halves(a, b, x - q_x, y - q_y)
+    return edge_start(high, low, bias, sampling.subpixel_bits)
+
+
+@kernel
+def set_up_outlines(triangles: ScreenTriangles, sampling: Sampling, integers: Int64Array, floats: Float64Array) -> None:
+    """Set up all outlines.
+
+    Shapes  triangles: ScreenTriangles; integers: (R, INTEGERS), floats: (R, FLOATS), written.
+    """
+    for m in range(integers.shape[0]):
+        t = set_up_outline(triangles.lines, triangles.limits, triangles.planes, m, sampling)
+        keep_setup(integers, floats, m, t)
+
+
+@helper_kernel
+def set_up_outline(
+    lines: Int64Array, limits: Int64Array, planes: Float64Array, m: int, sampling: Sampling
+) -> TriangleSetup:
+    """Return the setup of what up to three lines bound within a box, with depth as a plane in x and y.
+
+    Shapes  row m of the arrays of the same names in ScreenTriangles.
+    """
+    s = sampling.subpixel_bits
+    x_start, x_end = pixels_between(
+        limits[m, 0], limits[m, 1], sampling.sample_x, sampling, sampling.x_start, sampling.x_end
+    )
+    y_start, y_end = pixels_between(
+        limits[m, 2], limits[m, 3], sampling.sample_y, sampling, sampling.y_start, sampling.y_end
+    )
+    if x_start >= x_end or y_start >= y_end or (sampling.cull != 0 and limits[m, 6] == sampling.cull):
+        return EMPTY
+    x = (x_start << s) + sampling.sample_x
+    y = (y_start << s) + sampling.sample_y
+    f0, f1 = line_start(lines, m, 0, x, y, sampling), line_start(lines, m, 1, x, y, sampling)
+    f2 = line_start(lines, m, 2, x, y, sampling)
+
+    # Hold the depth of pixels to the cut, and move the cut by what depth changes from a pixel's centre to its corners.
+    along_x, along_y, low, high = planes[m, 1], planes[m, 2], planes[m, 3], planes[m, 4]
+    depth, g1, g2 = plane_start(limits[m, 4], limits[m, 5], planes[m, 0], along_x, along_y, x_start, y_start, sampling)
+    unit = np.float64(np.int64(1) << s)
+    slope1, slope2 = along_x * unit, along_y * unit
+    depth_low, depth_high = -np.inf, np.inf
+    if sampling.coverage != SAMPLE:
+        depth_low, depth_high = low, high
+        reach = (abs(slope1) + abs(slope2)) * (0.5 if sampling.coverage == TOUCHED else -0.5)
+        low, high = low - reach, high + reach
+    one, none = np.int64(1), np.int64(0)
+    return TriangleSetup(x_start, x_end, y_start, y_end, f0, f1, f2, lines[m, 0, 0], lines[m, 1, 0], lines[m, 2, 0],
+                         lines[m, 0, 1], lines[m, 1, 1], lines[m, 2, 1], g1, one, none, g2, none, one,
+                         depth, slope1, slope2, depth_low, depth_high, low, high)  # fmt: skip
 
 
 @helper_kernel
 def depth_at(setup: TriangleSetup, g1: Integer, g2: Integer) -> float:
     """Return the depth where its two integers have the values g1 and g2: the one expression that every algorithm uses."""
     return setup.depth + (np.float64(g1) * setup.slope1 + np.float64(g2) * setup.slope2)
+
+
+@helper_kernel
+def keep_sample(t: TriangleSetup, inside: bool, depth: float) -> tuple[bool, float]:
+    """Leave a sample as it is: the bound of a triangle that geometry has clipped, where samples decide."""
+    return inside, depth
+
+
+@helper_kernel
+def bound_sample(t: TriangleSetup, inside: bool, depth: float) -> tuple[bool, float]:
+    """Cut a sample off where its depth lies beyond the planes of the camera, and hold its depth to what the triangle has."""
+    return inside & (depth >= t.cut_low) & (depth <= t.cut_high), min(max(depth, t.depth_low), t.depth_high)

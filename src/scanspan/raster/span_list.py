@@ -19,13 +19,8 @@ import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.active_edges import (
-    COUNTERS,
-    DEPTH_TESTS,
-    LEFT_OVER,
     NUMBER,
     OUT,
-    OUT_OF_ORDER,
-    WRITES,
     ActiveEdges,
     build_edge_table,
     insert_edges,
@@ -33,9 +28,10 @@ from scanspan.raster.active_edges import (
     sort_edges,
     step_edges,
 )
+from scanspan.raster.counters import DEPTH_TESTS, LEFT_OVER, OUT_OF_ORDER, SET_TWICE
 from scanspan.raster.scanline import find_nearest_key, find_nearest_pair, flag_triangles, row_setup
-from scanspan.raster.setup import depth_at
-from scanspan.raster.write import write_sample_key, write_sample_pair, write_span
+from scanspan.raster.setup import depth_at, keep_sample
+from scanspan.raster.write import write_sample_key, write_sample_pair, write_sample_tally, write_span
 from scanspan.records import Array, Float64Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 ROUNDING = 2.0**-22  # of the terms of a depth: more than its evaluation and float32 together take from it, which is 2^-24
@@ -63,12 +59,13 @@ def is_clear(t: TriangleSetup, o: TriangleSetup, first: Integer, last: Integer) 
 @inline_kernel
 def write_run(
     write_sample: Callable[..., None], row: Array, slots: Int64Array, planes: Float64Array, v: Integer,
-    start: Integer, end: Integer, counters: Int64Array,
-) -> None:  # fmt: skip
-    """Write the span in slot v from column start to end."""
+    start: Integer, end: Integer, written: Integer, counters: Int64Array,
+) -> Integer:  # fmt: skip
+    """Write the span in slot v from column start to end, and return how far the row is written then."""
     t = row_setup(slots, planes, v)
-    write_span(write_sample, row[start:end], t, t.g1 + start * t.g1_x, t.g2 + start * t.g2_x, slots[v, NUMBER])
-    counters[WRITES] += end - start
+    write_span(write_sample, keep_sample, row[start:end], t, t.g1 + start * t.g1_x, t.g2 + start * t.g2_x, slots[v, NUMBER])
+    counters[SET_TWICE] += np.int64(start < written)
+    return end
 
 
 @inline_kernel
@@ -84,6 +81,7 @@ def list_spans(
         active.order, active.x, active.slots, active.planes, active.inside, active.place,
     )  # fmt: skip
     k, spans, nearest = 0, 0, OUT
+    written = np.int64(0)
     start, sure = np.int64(0), np.int64(0)  # the nearest span is seen from start on, and for certain until sure
     while k < count:
         # Go to the next column at which spans start or end.
@@ -105,7 +103,7 @@ def list_spans(
         # Where that is not certain, write it so far and find the nearest again.
         while sure < end and spans > 0:
             if start < sure:
-                write_run(write_sample, row, slots, planes, nearest, start, sure, counters)
+                written = write_run(write_sample, row, slots, planes, nearest, start, sure, written, counters)
             start = max(i, sure)
             nearest = np.int64(find_nearest(slots, planes, inside, spans, start))
             counters[DEPTH_TESTS] += spans
@@ -121,13 +119,13 @@ def list_spans(
                 else:
                     sure = start + ((sure - start) >> 1)
     if start < sure:
-        write_run(write_sample, row, slots, planes, nearest, start, sure, counters)
+        written = write_run(write_sample, row, slots, planes, nearest, start, sure, written, counters)
 
 
 @inline_kernel
 def span_list(
     find_nearest: Callable[..., Integer], write_sample: Callable[..., None],
-    target: Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling, counters: Int64Array,
+    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the nearest of triangles first to last at every sample, visible span by visible span.
 
@@ -144,18 +142,30 @@ def span_list(
     for y in range(sampling.y_start, sampling.y_end):
         count = insert_edges(active, count, y, table, triangles, sampling, counters)
         list_spans(find_nearest, write_sample, target[y], active, count, y, counters)
-        count = step_edges(active, count, y + 1, sampling)
+        count = step_edges(active, count, y + 1, sampling, counters)
         sort_edges(active, count, counters)
     counters[LEFT_OVER] += count
 
 
 @kernel
-def span_list_keys(target: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def span_list_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Span list into (H, W) keys."""
-    span_list(find_nearest_key, write_sample_key, target, triangles, first, last, sampling, np.zeros(COUNTERS, np.int64))
+    span_list(find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
-def span_list_pairs(target: Float64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling) -> None:
+def span_list_pairs(
+    target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
     """Span list into (H, W, 2) pairs."""
-    span_list(find_nearest_pair, write_sample_pair, target, triangles, first, last, sampling, np.zeros(COUNTERS, np.int64))
+    span_list(find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def span_list_tallies(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Span list into (H, W, 4) tallies."""
+    span_list(find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)

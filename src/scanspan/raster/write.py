@@ -1,12 +1,13 @@
 """The only writers: one comparison, a verb for one sample of each kind of target, and a verb for a span.
 
 A traversal opens a row of its target as a slice and hands samples to its writer; it knows nothing of depth formats or counts.
-Three targets, each one array:
+Four targets, each one array:
 
 keys    (H, W) int64: depth as float32 in the upper half, mapped so that order is kept, and the complement of the triangle's
         number in the lower, so the nearest sample is the largest word. Writing is one maximum, without a branch.
 pairs   (H, W, 2) float64: depth unrounded, and the number.
 hits    (H, W) int32: how often each sample was covered; nothing hides anything.
+tallies (H, W, 4) int64: a key, and how often the sample was tested, was covered, and was written.
 
 Writers select and do not branch: a branch in the loop can cost ten times, because it stops the compiler from using vector
 instructions (docs/decisions/0001-the-seam.md).
@@ -83,13 +84,26 @@ def write_sample_hit(row: Int32Array, q: int, inside: bool, depth: float, number
     row[q] += np.int32(inside)
 
 
+@helper_kernel
+def write_sample_tally(row: Int64Array, q: int, inside: bool, depth: float, number: Integer) -> None:
+    """Write one sample of a row of tallies, and count what is done to it."""
+    key = pack_key(depth, number)
+    written = inside & (key > row[q, 0])
+    row[q, 0] = key if written else row[q, 0]
+    row[q, 1] += 1
+    row[q, 2] += np.int64(inside)
+    row[q, 3] += np.int64(written)
+
+
 @inline_kernel
 def write_span(
-    write_sample: Callable[..., None], row: Array, setup: TriangleSetup, g1: Integer, g2: Integer, n: Integer
-) -> None:
-    """Write a span, all of which is covered.
+    write_sample: Callable[..., None], bound: Callable[..., tuple[bool, float]], row: Array, t: TriangleSetup,
+    g1: Integer, g2: Integer, n: Integer,
+) -> None:  # fmt: skip
+    """Write a span, all of which is covered, but for what `bound` cuts off (keep_sample, bound_sample in setup.py).
 
     Shapes  row: a slice of a target; g1, g2: the two integers of the setup's depth at its first sample.
     """
     for i in range(row.shape[0]):
-        write_sample(row, i, True, depth_at(setup, g1 + i * setup.g1_x, g2 + i * setup.g2_x), n)
+        inside, depth = bound(t, True, depth_at(t, g1 + i * t.g1_x, g2 + i * t.g2_x))
+        write_sample(row, i, inside, depth, n)

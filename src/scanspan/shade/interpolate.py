@@ -2,7 +2,7 @@
 
 A weight comes from the exact edge value at the sample, E_k / 2A on the screen, and is divided by w before it is normed, so the
 sum of the three is the interpolated 1 / w. For a piece of a clipped triangle they are then carried over to the corners of its
-source. An attribute is u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
+source. A triangle that is not clipped (raster/homogeneous_edges.py) has its weights as planes of x and y. An attribute is u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
 
 Source: Heckbert and Moreton 1991; the edge values are the lectures' sub-areas.
 """
@@ -17,10 +17,16 @@ from scanspan.records import Float32Array, Float64Array, Int32Array, Integer, Sc
 
 
 @helper_kernel
-def corner_weight(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer, w: float) -> float:
-    """Return the edge value of the edge from a to b at a sample, over w of the corner opposite it."""
+def edge_value(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer) -> float:
+    """Return the value of the edge from a to b at a sample."""
     high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
-    return halves_float(high, low) / w
+    return halves_float(high, low)
+
+
+@helper_kernel
+def line_weight(weights: Float64Array, m: Integer, k: int, x: Integer, y: Integer) -> float:
+    """Return what the share of corner k of a triangle that is not clipped is proportional to, at a sample."""
+    return (weights[m, k, 0] * np.float64(x) + weights[m, k, 1] * np.float64(y)) + weights[m, k, 2]
 
 
 @kernel
@@ -34,7 +40,7 @@ def barycentric_kernel(
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
     xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
-    piece, weights = triangles.piece, triangles.weights
+    piece, weights, outline = triangles.piece, triangles.weights, triangles.outline
     for j in range(slots.shape[0]):
         y = ((y_start + j) << subpixel_bits) + sample_y
         for i in range(slots.shape[1]):
@@ -43,18 +49,27 @@ def barycentric_kernel(
                 out[j, i] = 0.0
                 continue
 
-            # Weigh the corners by the edge values opposite them; a clockwise triangle has all signs reversed.
+            # Weigh the corners by the edge values opposite them.
             x = (i << subpixel_bits) + sample_x
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-            w0 = corner_weight(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y, clip[p, 3])
-            w1 = corner_weight(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y, clip[q, 3])
-            w2 = corner_weight(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y, clip[r, 3])
+            m = piece[n]
+            if outline[n] >= 0:
+                e0, e1, e2 = line_weight(weights, m, 0, x, y), line_weight(weights, m, 1, x, y), line_weight(weights, m, 2, x, y)
+                w_p, w_q, w_r = 1.0, 1.0, 1.0
+            else:
+                e0 = edge_value(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y)
+                e1 = edge_value(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y)
+                e2 = edge_value(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y)
+                w_p, w_q, w_r = clip[p, 3], clip[q, 3], clip[r, 3]
+
+            # Turn a clockwise triangle's signs round; a pixel that is touched beside its centre takes the triangle's border.
+            turn = -1.0 if (e0 + e1) + e2 < 0.0 else 1.0
+            w0, w1, w2 = max(turn * e0, 0.0) / w_p, max(turn * e1, 0.0) / w_q, max(turn * e2, 0.0) / w_r
             total = (w0 + w1) + w2
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
 
             # Carry the weights of a piece over to its source.
-            m = piece[n]
-            if m >= 0:
+            if m >= 0 and outline[n] < 0:
                 for k in range(3):
                     out[j, i, k] = (w0 * weights[m, 0, k] + w1 * weights[m, 1, k]) + w2 * weights[m, 2, k]
             else:

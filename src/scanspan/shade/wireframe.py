@@ -14,11 +14,17 @@ from scanspan.records import Float32Array, Int32Array, Integer, ScreenTriangles,
 
 
 @helper_kernel
+def line_distance(a: Integer, b: Integer, q_x: Integer, q_y: Integer, x: Integer, y: Integer) -> float:
+    """Return the distance of a sample to the line with the edge function a (x - q_x) + b (y - q_y), in sub-pixels."""
+    high, low = product_halves(a, b, x - q_x, y - q_y)
+    across, down = np.float64(b), np.float64(a)
+    return abs(halves_float(high, low)) / np.sqrt(across * across + down * down)
+
+
+@helper_kernel
 def edge_distance(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer) -> float:
     """Return the distance of a sample to the line through a and b, all in sub-pixels."""
-    high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
-    across, down = np.float64(b_x - a_x), np.float64(b_y - a_y)
-    return abs(halves_float(high, low)) / np.sqrt(across * across + down * down)
+    return line_distance(a_y - b_y, b_x - a_x, a_x, a_y, x, y)
 
 
 @kernel
@@ -32,7 +38,7 @@ def overlay_edges_kernel(
             out: (h, W, 4) float32 linear.
     Units   width in pixels; sample_x, sample_y in sub-pixels; y_start: row of the image that slots begin with.
     """
-    xy, corners = triangles.xy, triangles.corners
+    xy, corners, outline, lines = triangles.xy, triangles.corners, triangles.outline, triangles.lines
     limit = 0.5 * width * np.float64(np.int64(1) << subpixel_bits)
     for j in range(slots.shape[0]):
         y = ((y_start + j) << subpixel_bits) + sample_y
@@ -42,7 +48,15 @@ def overlay_edges_kernel(
                 continue
             x = (i << subpixel_bits) + sample_x
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-            hidden = triangles.inner[n] | inner[triangles.source[n]] if triangles.piece[n] < 0 else triangles.inner[n]
+            m = outline[n]
+            is_whole = triangles.piece[n] < 0 or m >= 0
+            hidden = triangles.inner[n] | inner[triangles.source[n]] if is_whole else triangles.inner[n]
+            if m >= 0:
+                for k in range(3):
+                    distance = line_distance(lines[m, k, 0], lines[m, k, 1], lines[m, k, 2], lines[m, k, 3], x, y)
+                    if hidden >> k & 1 == 0 and distance <= limit:
+                        out[j, i] = color
+                continue
             near = hidden & 1 == 0 and edge_distance(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y) <= limit
             near |= hidden & 2 == 0 and edge_distance(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y) <= limit
             near |= hidden & 4 == 0 and edge_distance(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y) <= limit

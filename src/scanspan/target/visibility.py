@@ -19,7 +19,7 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import run, run_bands
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
-from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, ScreenTriangles
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel, numbers_kernel
 from scanspan.target.merge import merge_kernel
@@ -36,6 +36,7 @@ class RasterOptions(NamedTuple):
     subpixel_bits: int
     depth_bits: int
     threads: int
+    coverage: str = "sample"
 
 
 class Plane(NamedTuple):
@@ -59,6 +60,14 @@ def unpack_kernel(keys: Int64Array, slot: Int32Array, depth: Float32Array) -> No
             depth[j, i] = -np.inf if key == EMPTY_KEY else unpack_depth(key)
 
 
+def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
+    """Return the Sampling of a whole image at one sample position."""
+    return make_sampling(
+        options.size, offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits,
+        coverage=options.coverage,
+    )  # fmt: skip
+
+
 def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptions) -> Plane:
     """Rasterize triangles at one sample position and keep the nearest at each pixel.
 
@@ -69,7 +78,7 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
     options : the checked options.
     """
     width, height = options.size
-    sampling = make_sampling(options.size, offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits)
+    sampling = sampling_of(offset, options)
     if options.depth_bits == 64:
         pairs = np.empty((height, width, 2))
         pairs[...] = (-np.inf, -1.0)

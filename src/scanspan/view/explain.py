@@ -18,13 +18,14 @@ import numpy as np
 from scanspan.errors import InputError
 from scanspan.geometry.fixed_point import product_halves
 from scanspan.jit import kernel
-from scanspan.raster.edge import edge_bias
-from scanspan.raster.options import check_integer, make_sampling
-from scanspan.raster.setup import depth_at, set_up_triangle
+from scanspan.raster.algorithms import with_outlines
+from scanspan.raster.edge import SAMPLE, TOUCHED, edge_bias
+from scanspan.raster.options import check_integer
+from scanspan.raster.setup import bound_sample, depth_at, set_up
 from scanspan.raster.write import is_nearer
 from scanspan.records import Array, Int32Array, Int64Array, Sampling, ScreenTriangles
 from scanspan.target.frame import Frame
-from scanspan.target.visibility import Visibility
+from scanspan.target.visibility import Visibility, sampling_of
 
 VERDICTS = ("visible", "hidden", "outside", "excluded edge", "culled", "degenerate", "clipped")
 
@@ -79,16 +80,21 @@ class Explanation:
 
 
 @kernel
-def find_near_kernel(xy: Int64Array, corners: Int32Array, x: int, y: int, reach: int, near: Array) -> None:
+def find_near_kernel(triangles: ScreenTriangles, x: int, y: int, reach: int, near: Array) -> None:
     """Mark the triangles whose bounding box comes within a reach of a point.
 
-    Shapes  xy: (V, 2); corners: (N, 3); near: (N,) bool, written.
+    Shapes  triangles: ScreenTriangles; near: (N,) bool, written.
     Units   sub-pixels.
     """
+    xy, corners, limits = triangles.xy, triangles.corners, triangles.limits
     for n in range(corners.shape[0]):
         p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-        across = min(xy[p, 0], xy[q, 0], xy[r, 0]) - reach <= x <= max(xy[p, 0], xy[q, 0], xy[r, 0]) + reach
-        near[n] = across and min(xy[p, 1], xy[q, 1], xy[r, 1]) - reach <= y <= max(xy[p, 1], xy[q, 1], xy[r, 1]) + reach
+        low_x, high_x = min(xy[p, 0], xy[q, 0], xy[r, 0]), max(xy[p, 0], xy[q, 0], xy[r, 0])
+        low_y, high_y = min(xy[p, 1], xy[q, 1], xy[r, 1]), max(xy[p, 1], xy[q, 1], xy[r, 1])
+        if triangles.outline[n] >= 0:
+            m = triangles.outline[n]
+            low_x, high_x, low_y, high_y = limits[m, 0], limits[m, 1], limits[m, 2], limits[m, 3]
+        near[n] = low_x - reach <= x <= high_x + reach and low_y - reach <= y <= high_y + reach
 
 
 def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
@@ -120,14 +126,12 @@ def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
         raise InputError(f"frame: expected what render or rasterize returned, got {type(frame).__name__}")
     width, height = options.size
     x, y = check_integer("x", x, 0, width - 1), check_integer("y", y, 0, height - 1)
-    sampling = make_sampling(
-        options.size, plane.offset, rule=options.rule, cull=options.cull, subpixel_bits=options.subpixel_bits
-    )
+    sampling = sampling_of(plane.offset, options)
 
     # Try everything that comes within a pixel again.
     px, py = (x << options.subpixel_bits) + int(plane.offset[0]), (y << options.subpixel_bits) + int(plane.offset[1])
     near = np.zeros(len(screen.corners), bool)
-    find_near_kernel(screen.xy, screen.corners, px, py, 1 << options.subpixel_bits, near)
+    find_near_kernel(screen, px, py, 1 << options.subpixel_bits, near)
     places = ((x, y), (px, py))
     tries = [try_triangle(screen, int(n), sampling, *places, primitive, options.depth_bits) for n in np.flatnonzero(near)]
     decisions = compare([decision for decision in tries if decision is not None]) + find_clipped(
@@ -142,32 +146,39 @@ def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
 @kernel
 def probe_kernel(
     triangles: ScreenTriangles, n: int, sampling: Sampling, x: int, y: int, halves: Int64Array, owns: Array
-) -> float:
-    """Write the exact values of a triangle's edges at a sample, and of its area, and return its depth there.
+) -> tuple[float, bool, float, float]:
+    """Write the exact values of a triangle's edges at a sample, and of its area; return what the setup makes of the sample.
 
-    Shapes  triangles: ScreenTriangles; halves: (4, 2) int64, the edges opposite corner 0, 1, 2 as listed, and the area, as
-            (high, low); owns: (3,) bool, whether each edge owns the samples on it. sampling: one pixel, the sample's.
+    That is its depth, whether it is covered, and the depths that it is cut off at.
+
+    Shapes  triangles: ScreenTriangles, outlines set up; halves: (4, 2) int64, the edges opposite corner 0, 1, 2 as listed, and
+            the area, as (high, low); owns: (3,) bool, whether each edge owns the samples on it. sampling: one pixel, the sample's.
     Units   x, y and edge values in sub-pixels and their squares. The depth means something where the sample is covered.
     """
-    xy, depths, corners = triangles.xy, triangles.depth, triangles.corners
+    xy, corners, lines, m = triangles.xy, triangles.corners, triangles.lines, triangles.outline[n]
     p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
     area_high, area_low = product_halves(xy[q, 0] - xy[p, 0], xy[p, 1] - xy[q, 1], xy[r, 1] - xy[p, 1], xy[r, 0] - xy[p, 0])
     halves[3, 0], halves[3, 1] = area_high, area_low
     turn = np.int64(-1) if area_high < 0 else np.int64(1)
+    if m >= 0:
+        turn = halves[3, 1] = triangles.limits[m, 6]
+        halves[3, 0] = 0
     for k in range(3):
         start, end = corners[n, (k + 1) % 3], corners[n, (k + 2) % 3]
-        a, b = xy[start, 1] - xy[end, 1], xy[end, 0] - xy[start, 0]
-        halves[k, 0], halves[k, 1] = product_halves(a, b, x - xy[start, 0], y - xy[start, 1])
+        a, b, q_x, q_y = xy[start, 1] - xy[end, 1], xy[end, 0] - xy[start, 0], xy[start, 0], xy[start, 1]
+        if m >= 0:
+            a, b, q_x, q_y = turn * lines[m, k, 0], turn * lines[m, k, 1], lines[m, k, 2], lines[m, k, 3]
+        halves[k, 0], halves[k, 1] = product_halves(a, b, x - q_x, y - q_y)
         is_inner = (triangles.inner[n] >> k) & 1 != 0
         owns[k] = edge_bias(
-            turn * a, turn * b, xy[start, 0], xy[start, 1], is_inner,
-            sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w,
+            turn * a, turn * b, q_x, q_y, is_inner, sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w
         ) == 0  # fmt: skip
-    t = set_up_triangle(
-        xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1],
-        depths[p], depths[q], depths[r], np.int64(triangles.inner[n]), sampling,
-    )  # fmt: skip
-    return depth_at(t, t.g1, t.g2)
+    t = set_up(
+        xy, triangles.depth, corners, triangles.inner, triangles.outline, triangles.integers, triangles.floats, n, sampling
+    )
+    inside = (t.y_start < t.y_end) & (t.x_start < t.x_end) & ((t.f0 | t.f1 | t.f2) >= 0)
+    covered, depth = bound_sample(t, inside, depth_at(t, t.g1, t.g2))
+    return depth, covered, t.cut_low if inside else -np.inf, t.cut_high if inside else np.inf
 
 
 def try_triangle(
@@ -177,7 +188,8 @@ def try_triangle(
     """Try one triangle at one sample: its exact edge values, and its depth where it covers it; None if it is not near."""
     halves, owns = np.empty((4, 2), np.int64), np.empty(3, bool)
     within = sampling._replace(x_start=pixel[0], x_end=pixel[0] + 1, y_start=pixel[1], y_end=pixel[1] + 1)
-    depth = float(probe_kernel(screen, n, within, *sample, halves, owns))
+    only = with_outlines(screen, within)
+    depth, covered, *cut = probe_kernel(only, n, within, *sample, halves, owns)
     *values, area = ((int(high) << 20) + int(low) for high, low in halves)
     sign = (area > 0) - (area < 0)
     edges = (values[0] * (sign or 1), values[1] * (sign or 1), values[2] * (sign or 1))
@@ -191,22 +203,34 @@ def try_triangle(
     if sign == sampling.cull:
         facing = "clockwise, a back face" if sign > 0 else "counter-clockwise, a front face"
         return Decision(*known, "culled", edges, None, f"as seen it runs {facing}")
+    if covered:
+        return Decision(*known, "visible", edges, depth if depth_bits == 64 else float(np.float32(depth)), "")
+    return Decision(*known, *why_not_covered(edges, owns, sampling.coverage, float(depth), cut))
+
+
+def why_not_covered(
+    edges: tuple[int, int, int], owns: Array, coverage: int, depth: float, cut: list[float]
+) -> tuple[str, tuple[int, int, int], None, str]:
+    """Return verdict, edge values, no depth, and reason of a triangle that faces the right way and does not cover a sample."""
+    k = edges.index(min(edges))
+    if coverage != SAMPLE:
+        what = "no part" if coverage == TOUCHED else "not all"
+        return "outside", edges, None, f"{what} of the pixel is on the inner side of all edges"
     if min(edges) < 0:
-        k = edges.index(min(edges))
-        return Decision(*known, "outside", edges, None, f"the edge opposite corner {k} has the sample on its outer side")
+        return "outside", edges, None, f"the edge opposite corner {k} has the sample on its outer side"
     for k in range(3):
         if edges[k] == 0 and not owns[k]:
-            reason = f"the sample lies on the edge opposite corner {k}, which does not own it"
-            return Decision(*known, "excluded edge", edges, None, reason)
-    return Decision(*known, "visible", edges, depth if depth_bits == 64 else float(np.float32(depth)), "")
+            return "excluded edge", edges, None, f"the sample lies on the edge opposite corner {k}, which does not own it"
+    side = "in front of the near plane" if depth > cut[1] else "behind the far plane" if depth < cut[0] else "out of reach"
+    return "clipped", edges, None, f"it lies {side} there"
 
 
 def is_within_reach(screen: ScreenTriangles, n: int, edges: tuple[int, int, int], sampling: Sampling) -> bool:
     """Say whether a sample is at most a pixel outside of every edge of a triangle."""
-    corners = screen.xy[screen.corners[n]]
+    corners, m = screen.xy[screen.corners[n]], screen.outline[n]
     for k in range(3):
-        length = math.hypot(*(corners[(k + 2) % 3] - corners[(k + 1) % 3]).tolist())
-        if edges[k] < -length * (1 << sampling.subpixel_bits):
+        along = screen.lines[m, k, :2] if m >= 0 else corners[(k + 2) % 3] - corners[(k + 1) % 3]
+        if edges[k] < -math.hypot(*along.tolist()) * (1 << sampling.subpixel_bits):
             return False
     return True
 
