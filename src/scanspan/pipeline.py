@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from threading import Event
-from typing import Any
+from os import PathLike
+from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,19 +24,19 @@ from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
 from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
-from scanspan.raster.algorithms import check_algorithm, run, run_bands, run_each
-from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.algorithms import check_algorithm, run, run_each
 from scanspan.raster.homogeneous_edges import without_clipping
-from scanspan.records import DrawList, Float64Array, Int32Array, ScreenTriangles
+from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
+from scanspan.records import Float64Array, Int32Array, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
-from scanspan.shade.shading import ROWS, Look, Surfaces, gather_surfaces, shade_rows
+from scanspan.shade.shading import Look, gather_surfaces
 from scanspan.shade.surface import check_shading
 from scanspan.target.frame import Frame
+from scanspan.target.picture import Picture, shade_picture, write_picture
 from scanspan.target.resolve import background as make_background
-from scanspan.target.resolve import resolve
+from scanspan.target.sink import check_sink
 from scanspan.target.visibility import (
-    Plane,
     RasterOptions,
     Visibility,
     count_triangles,
@@ -53,6 +54,60 @@ def check_pixels(size: Any, max_pixels: int) -> tuple[int, int]:
     if width * height > max_pixels:
         raise LimitError(f"size = ({width}, {height}): {width * height} pixels, the limit is max_pixels={max_pixels}")
     return width, height
+
+
+@overload
+def render(
+    scene: Scene | Instance | Geometry,
+    camera: Camera | str | None = None,
+    size: tuple[int, int] = (1280, 960),
+    *,
+    algorithm: str = "half-space",
+    order: str = "rows",
+    samples: int = 4,
+    cull: str = "none",
+    background: Any = None,
+    shading: str = "auto",
+    crease_angle: float = 40.0,
+    two_sided: bool = True,
+    textures: bool = True,
+    edges: bool = False,
+    line_width: float = 1.0,
+    edge_color: Any = (0.08, 0.09, 0.11),
+    up: str | None = None,
+    blend: str = "linear",
+    subpixel_bits: int = 8,
+    threads: int | None = None,
+    max_pixels: int = MAX_PIXELS,
+    out: None = None,
+) -> Frame: ...
+
+
+@overload
+def render(
+    scene: Scene | Instance | Geometry,
+    camera: Camera | str | None = None,
+    size: tuple[int, int] = (1280, 960),
+    *,
+    algorithm: str = "half-space",
+    order: str = "rows",
+    samples: int = 4,
+    cull: str = "none",
+    background: Any = None,
+    shading: str = "auto",
+    crease_angle: float = 40.0,
+    two_sided: bool = True,
+    textures: bool = True,
+    edges: bool = False,
+    line_width: float = 1.0,
+    edge_color: Any = (0.08, 0.09, 0.11),
+    up: str | None = None,
+    blend: str = "linear",
+    subpixel_bits: int = 8,
+    threads: int | None = None,
+    max_pixels: int = MAX_PIXELS,
+    out: str | PathLike[str],
+) -> Path: ...
 
 
 def render(
@@ -77,7 +132,8 @@ def render(
     subpixel_bits: int = 8,
     threads: int | None = None,
     max_pixels: int = MAX_PIXELS,
-) -> Frame:
+    out: str | PathLike[str] | None = None,
+) -> Frame | Path:
     """Render a scene to a picture.
 
     Parameters
@@ -99,11 +155,13 @@ def render(
     blend : "linear", or "srgb" to average samples as tools without linear light do.
     subpixel_bits : vertices are snapped to 1/2^s pixel; 4 to 16.
     threads : by default one for each processor. The picture is the same for any number.
-    max_pixels : a larger size is refused.
+    max_pixels : a larger size is refused, unless the picture goes to a file as it is made.
+    out : a .ppm or .npy file that finished rows are written to, band by band, so that a picture may be larger than memory.
 
     Returns
     -------
-    Frame : `frame.color` is the picture, `frame.save("out.png")` writes it; depth, numbers and more are fields of it.
+    Frame : `frame.color` is the picture, `frame.save("out.png")` writes it; depth, numbers and more are fields of it. With
+        `out`, the path of the file instead.
 
     Raises
     ------
@@ -121,9 +179,9 @@ def render(
     check_shading(shading)
     bits = check_subpixel_bits(subpixel_bits)
     offsets, centre_offset = sample_offsets(samples, bits), sample_offsets(1, bits)[0]
-    options = RasterOptions(
-        check_pixels(size, max_pixels), algorithm, order, "top-left", cull, bits, 32, check_threads(threads)
-    )
+    sink = None if out is None else check_sink(out)
+    pixels = check_pixels(size, max_pixels) if sink is None else check_size(size)
+    options = RasterOptions(pixels, algorithm, order, "top-left", cull, bits, 32, check_threads(threads))
     make_sampling(options.size, centre_offset, rule=options.rule, cull=cull, subpixel_bits=bits)
     behind = make_background(background, options.size, blend)
     angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
@@ -139,14 +197,15 @@ def render(
     draw = assemble(scene, camera, options.size)
     screen = to_triangles(draw.clip, draw.triangles, options, camera.has_far)
 
-    # Raster and shade: find what each sample sees, and add up its light.
+    # Raster, shade and target, band by band where rows go to a file: find what each sample sees, add up its light, average.
     surfaces = gather_surfaces(scene, draw, camera, options.size, sky, look)
-    sums = np.zeros((options.size[1], options.size[0], 4), np.float32)
-    for offset in offsets:
-        add_samples(scene, draw, screen, surfaces, find_visible(screen, offset, options), options, blend, sums)
+    picture = Picture(scene, draw, screen, surfaces, offsets, options, behind, blend)
+    if sink is not None:
+        write_picture(picture, sink)
+        return sink
+    color = shade_picture(picture)
 
-    # Target: average the samples. Every other field of the frame comes from one sample at the centre.
-    color = resolve(sums, len(offsets), behind, blend)
+    # Every other field of the frame comes from one sample at the centre.
     centre = find_visible(screen, centre_offset, options)
     counters = count_triangles(draw.triangles, screen)
     return Frame(color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters)
@@ -167,23 +226,6 @@ def as_camera(camera: Any, scene: Scene, up: str | None, size: tuple[int, int]) 
     if camera is not None and not isinstance(camera, str):
         raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
     return Camera.frame(scene, "iso" if camera is None else camera, up=up, aspect=size[0] / size[1], fit="points")
-
-
-def add_samples(
-    scene: Scene, draw: DrawList, screen: ScreenTriangles, surfaces: Surfaces, plane: Plane, options: RasterOptions, blend: str,
-    sums: NDArray[np.float32],
-) -> None:  # fmt: skip
-    """Shade what is seen at one sample of every pixel and add it to the (H, W, 4) sums, a few rows at a time in threads."""
-
-    def shade_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Shade the rows of one band."""
-        for y in range(y_start, y_end, ROWS):
-            slots = plane.slot[y : min(y + ROWS, y_end)]
-            if not stop.is_set() and slots.max() >= 0:
-                rows = sums[y : y + len(slots)]
-                shade_rows(scene, draw, screen, surfaces, slots, plane.offset, options.subpixel_bits, y, rows, blend)
-
-    run_bands(shade_band, options.size[1], options.threads)
 
 
 def rasterize(

@@ -13,6 +13,18 @@ from scanspan.view.reporter import Reporter
 
 DEFAULT_SIZE = (1280, 960)
 
+# What is printed of Visibility.counters, and its headings.
+COLUMNS = (
+    ("samples_tested", "samples tested"),
+    ("edge_evaluations", "edge values"),
+    ("spans", "spans"),
+    ("depth_tests", "depth tests"),
+    ("writes", "writes"),
+    ("subdivisions", "subdivisions"),
+    ("insertions", "insertions"),
+    ("swaps", "swaps"),
+)
+
 Pixel = Annotated[str, typer.Option("--pixel", metavar="X,Y", help="The pixel to explain; x to the right, y down.")]
 Repeats = Annotated[int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Runs of each, taken in turns.")]
 
@@ -67,9 +79,10 @@ def algorithms(
     threads: options.Threads = None,
     verbose: options.Verbose = False,
 ) -> None:
-    """Rasterize a model with every algorithm in every order, compare the results bit for bit, and print how long each took.
+    """Rasterize a model with every algorithm in every order, compare the results bit for bit, and print times and work.
 
-    Ends with exit code 1 if any differs.
+    The work is what each has counted: samples tested, edge values evaluated, spans, depths compared, samples written,
+    subdivisions, and insertions and swaps in its active edge list. Ends with exit code 1 if any result differs.
 
     [bold]scanspan algorithms part.stl --size 640x480[/bold]
     """
@@ -86,6 +99,7 @@ def algorithms(
         camera = ss.Camera.frame(scene, aspect=extent[0] / extent[1], fit="points")
         draw = assemble(scene, camera, extent)
         seen: list[Any] = []
+        work: list[dict[str, int]] = []
         for way in ways:
             reporter.stage(f"{way['algorithm']} in {way['order']}")
             seen.append(ss.rasterize(draw.clip, draw.triangles, extent, threads=threads, **way))  # type: ignore[arg-type]
@@ -98,6 +112,9 @@ def algorithms(
                 start = time.perf_counter()
                 ss.rasterize(draw.clip, draw.triangles, extent, threads=threads, **way)  # type: ignore[arg-type]
                 taken.append(time.perf_counter() - start)
+        for way, found in zip(ways, seen, strict=True):
+            reporter.stage(f"counting {way['algorithm']} in {way['order']}")
+            work.append(dict(found.counters))
     medians = [sorted(taken)[len(taken) // 2] for taken in times]
     same = [bool((found.primitive == seen[0].primitive).all() and (found.depth == seen[0].depth).all()) for found in seen]
     covered = int((seen[0].primitive >= 0).sum())
@@ -106,6 +123,11 @@ def algorithms(
     for way, median, is_same in zip(ways, medians, same, strict=True):
         verdict = "identical" if is_same else "DIFFERENT"
         typer.echo(f"{way['algorithm']:<14}{way['order']:<12}{median * 1e3:>7.1f} ms{median / medians[0]:>7.2f}x  {verdict}")
+    typer.echo("")
+    typer.echo(f"{'algorithm':<14}{'order':<12}" + "".join(f"{name:>16}" for _, name in COLUMNS).rstrip())
+    for way, counted in zip(ways, work, strict=True):
+        numbers = "".join(f"{counted[key]:>16,}" if counted[key] else f"{'-':>16}" for key, _ in COLUMNS)
+        typer.echo(f"{way['algorithm']:<14}{way['order']:<12}{numbers}".rstrip())
     typer.echo("all identical" if all(same) else "not all are identical")
     if not all(same):
         raise typer.Exit(1)

@@ -54,7 +54,7 @@ def kernels_of(module: ModuleType, name: str, **shared: Callable[..., None]) -> 
 
 
 def homogeneous_kernels(order: str) -> dict[str, Callable[..., None]]:
-    """Return the kernels of homogeneous rasterization in an order; what is counted on the screen has no corners behind the eye."""
+    """Return the kernels of homogeneous rasterization in an order; what is counted lies on the screen and needs nothing new."""
     hits = half_space.half_space_hits if order == "rows" else getattr(orders, f"{order}_hits")
     return kernels_of(homogeneous_edges, f"homogeneous_{order}", hits=hits)
 
@@ -140,8 +140,9 @@ def run(
     height, width = sampling.y_end, sampling.x_end
     if count < SMALL and height * width < SMALL_IMAGE:
         threads = 1
-    counted = run_bands(scan_band, height, threads, count_passes(triangles, sampling, target.nbytes))
-    return np.sum(counted, axis=0, initial=0)
+    passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
+    counted = run_bands(scan_band, height, threads, passes)
+    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
 
 
 def with_outlines(triangles: ScreenTriangles, sampling: Sampling) -> ScreenTriangles:

@@ -6,11 +6,11 @@ own (write_sample_tally in write.py), in a run that is made when somebody asks; 
 
 from __future__ import annotations
 
-EDGE_EVALUATIONS, SPANS, DEPTH_TESTS, SUBDIVISIONS, INSERTIONS, SWAPS = range(6)
-NAMES = ("edge_evaluations", "spans", "depth_tests", "subdivisions", "insertions", "swaps")
+SAMPLES_TESTED, EDGE_EVALUATIONS, SPANS, DEPTH_TESTS, SUBDIVISIONS, INSERTIONS, SWAPS = range(7)
+NAMES = ("samples_tested", "edge_evaluations", "spans", "depth_tests", "subdivisions", "insertions", "swaps")
 
-# Breaches of what the lectures say of a sweep: the list is in order, it is empty at the end, each sample is set once. They stay 0.
-OUT_OF_ORDER, LEFT_OVER, SET_TWICE = range(6, 9)
+# Breaches of what the lectures say of a sweep: the list is in order and empty at the end, each sample is set once. They stay 0.
+OUT_OF_ORDER, LEFT_OVER, SET_TWICE = range(7, 10)
 BREACHES = ("an active edge list out of order", "edges left over at the end of a sweep", "a sample set twice")
 
-COUNTERS = 9
+COUNTERS = 10

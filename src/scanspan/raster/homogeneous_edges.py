@@ -19,6 +19,7 @@ When to choose it: when corners lie behind the eye in great number, as inside of
 
 Source: Olano and Greer 1997, Triangle scan conversion using 2D homogeneous coordinates.
 """
+
 from __future__ import annotations
 
 import math
@@ -33,7 +34,7 @@ from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.order import visit_hilbert, visit_morton, visit_serpentine, visit_tiles
 from scanspan.raster.setup import bound_sample
 from scanspan.raster.write import write_sample_key, write_sample_pair, write_sample_tally
-from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 
 NEAR_CODE, FAR_CODE = 1, 64  # bits of the near and the far plane in an outcode; a corner outside of these alone has an image
 LINE_UNITS = 2.0**40  # of the longer side of a line's direction; product_halves takes up to 2^41
@@ -110,7 +111,7 @@ def write_line(
 @helper_kernel
 def has_image(outcode: int) -> bool:
     """Say whether a corner lies in front of the eye and within 2^24 px, so that it has a place on the grid."""
-    return np.int64(outcode) & ~np.int64(NEAR_CODE | FAR_CODE) == 0
+    return bool(np.int64(outcode) & ~np.int64(NEAR_CODE | FAR_CODE) == 0)
 
 
 @helper_kernel
@@ -141,7 +142,7 @@ def write_lines(
 
 @helper_kernel
 def write_box(
-    clip: Float64Array, corners: Int32Array, codes: int, planes: Float64Array, middle: Float64Array,
+    clip: Float64Array, corners: Int32Array, codes: Integer, planes: Float64Array, middle: Float64Array,
     polygon: Float64Array, other: Float64Array, made: UInt8Array, limits: Int64Array,
 ) -> None:  # fmt: skip
     """Write the box of what the planes leave of a triangle; it stays empty where they leave nothing.

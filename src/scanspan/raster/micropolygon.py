@@ -29,7 +29,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import halves_sign, product_halves
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.counters import EDGE_EVALUATIONS, SUBDIVISIONS
+from scanspan.raster.counters import EDGE_EVALUATIONS, SAMPLES_TESTED, SUBDIVISIONS
 from scanspan.raster.order import list_blocks
 from scanspan.raster.setup import depth_at, set_up
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_sample_tally
@@ -246,13 +246,10 @@ def owns_sample(grid: Grid, i: Integer, j: Integer, sign: Integer, x: Integer, y
 
 @inline_kernel
 def sample_grid(
-    write_sample: Callable[..., None], target: Array, t: TriangleSetup, window: Window, n: int, grid: Grid
-) -> Integer:
-    """Sample: test the few samples in the box of each micropolygon, and write those that belong to it and to its primitive.
-
-    Returns how many edge values that took.
-    """
-    evaluations = np.int64(0)
+    write_sample: Callable[..., None], target: Array, t: TriangleSetup, window: Window, n: int, grid: Grid, counters: Int64Array
+) -> None:
+    """Sample: test the few samples in the box of each micropolygon, and write those that belong to it and to its primitive."""
+    tested = written = np.int64(0)
     low_x, high_x = min(0, grid.u_x, grid.v_x), max(0, grid.u_x, grid.v_x)
     low_y, high_y = min(0, grid.u_y, grid.v_y), max(0, grid.u_y, grid.v_y)
     for row in range(grid.side):
@@ -265,7 +262,7 @@ def sample_grid(
             top, bottom = (y0 - high_y, y0 - low_y) if turned else (y0 + low_y, y0 + high_y)
             y_start, y_end = find_samples(top, bottom, grid.sample_y, grid.bits, window.y_start, window.y_end)
             x_start, x_end = find_samples(left, right, grid.sample_x, grid.bits, window.x_start, window.x_end)
-            evaluations += 3 * max(x_end - x_start, np.int64(0)) * max(y_end - y_start, np.int64(0))
+            tested += max(x_end - x_start, np.int64(0)) * max(y_end - y_start, np.int64(0))
             for y in range(y_start, y_end):
                 for x in range(x_start, x_end):
                     # Ask the primitive's own edges, which have the rule in them, and then those of the micropolygon.
@@ -277,8 +274,9 @@ def sample_grid(
                     ):
                         depth = depth_at(t, t.g1 + k * t.g1_x + h * t.g1_y, t.g2 + k * t.g2_x + h * t.g2_y)
                         write_sample(target[y, x : x + 1], 0, True, depth, n)
-                        evaluations += 3
-    return evaluations
+                        written += 1
+    counters[SAMPLES_TESTED] += tested - written
+    counters[EDGE_EVALUATIONS] += 3 * (tested + written)
 
 
 @inline_kernel
@@ -305,7 +303,7 @@ def dice_window(
             if more > count:
                 count = more
                 continue
-        counters[EDGE_EVALUATIONS] += sample_grid(write_sample, target, t, window, n, dice(frame, piece))
+        sample_grid(write_sample, target, t, window, n, dice(frame, piece), counters)
 
 
 @inline_kernel

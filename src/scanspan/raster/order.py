@@ -55,7 +55,7 @@ def is_rejected(t: TriangleSetup, i: Integer, j: Integer, side: Integer) -> bool
 
 
 @kernel
-def list_blocks(order: int, columns: int, rows: int) -> Int64Array:
+def list_blocks(order: int, columns: Integer, rows: Integer) -> Int64Array:
     """Return the (x, y) of all blocks of a grid, (N, 2), in an order of algorithms.py, by its number there.
 
     Blocks lie along rows, to and fro in the second order; the last two are curves.

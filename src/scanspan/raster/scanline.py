@@ -92,7 +92,9 @@ def write_spans(
             v, end = e >> 1, x[e + 1]
             open_row(slots, v, y)
             t = row_setup(slots, planes, v)
-            write_span(write_sample, keep_sample, row[last:end], t, t.g1 + last * t.g1_x, t.g2 + last * t.g2_x, slots[v, NUMBER])
+            write_span(
+                write_sample, keep_sample, row[last:end], t, t.g1 + last * t.g1_x, t.g2 + last * t.g2_x, slots[v, NUMBER]
+            )
             spans += 1
     counters[SPANS] += spans
 

@@ -10,8 +10,8 @@ accurate on slivers, where a plane in x and y loses what the division by a tiny 
 a sample are the price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
 
 Some things are bounded by lines that do not join corners on the grid: a trapezoid of a polygon (polygon.py), a triangle that
-reaches behind the eye (homogeneous.py). Such an outline has its lines, its box and its plane of depth given, and gets a setup of
-the same kind, so that every algorithm can draw it.
+reaches behind the eye (homogeneous_edges.py). Such an outline has its lines, its box and its plane of depth given, and gets a
+setup of the same kind, so that every algorithm can draw it.
 
 Source: the plane equations of the lectures, with the error of rounding A, B and C apart mended by snapping the vertices.
 """
@@ -85,7 +85,7 @@ def pixels_between(
 ) -> tuple[Integer, Integer]:
     """Return the pixels among start to end that a shape from low to high, both included, may cover along one axis.
 
-    Rule    SAMPLE: the sample lies there. TOUCHED: the pixel's open side meets the shape's. INSIDE: all of the pixel lies there.
+    Rule    SAMPLE: the sample lies there. TOUCHED: the pixel's open side meets the shape's. INSIDE: all of it lies there.
     """
     s = sampling.subpixel_bits
     if sampling.coverage == SAMPLE:
@@ -233,20 +233,14 @@ def set_up_outlines(triangles: ScreenTriangles, sampling: Sampling, integers: In
 
 
 @helper_kernel
-def set_up_outline(
-    lines: Int64Array, limits: Int64Array, planes: Float64Array, m: int, sampling: Sampling
-) -> TriangleSetup:
+def set_up_outline(lines: Int64Array, limits: Int64Array, planes: Float64Array, m: int, sampling: Sampling) -> TriangleSetup:
     """Return the setup of what up to three lines bound within a box, with depth as a plane in x and y.
 
     Shapes  row m of the arrays of the same names in ScreenTriangles.
     """
     s = sampling.subpixel_bits
-    x_start, x_end = pixels_between(
-        limits[m, 0], limits[m, 1], sampling.sample_x, sampling, sampling.x_start, sampling.x_end
-    )
-    y_start, y_end = pixels_between(
-        limits[m, 2], limits[m, 3], sampling.sample_y, sampling, sampling.y_start, sampling.y_end
-    )
+    x_start, x_end = pixels_between(limits[m, 0], limits[m, 1], sampling.sample_x, sampling, sampling.x_start, sampling.x_end)
+    y_start, y_end = pixels_between(limits[m, 2], limits[m, 3], sampling.sample_y, sampling, sampling.y_start, sampling.y_end)
     if x_start >= x_end or y_start >= y_end or (sampling.cull != 0 and limits[m, 6] == sampling.cull):
         return EMPTY
     x = (x_start << s) + sampling.sample_x

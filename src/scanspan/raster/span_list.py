@@ -81,7 +81,7 @@ def list_spans(
         active.order, active.x, active.slots, active.planes, active.inside, active.place,
     )  # fmt: skip
     k, spans, nearest = 0, 0, OUT
-    written = np.int64(0)
+    written: Integer = np.int64(0)
     start, sure = np.int64(0), np.int64(0)  # the nearest span is seen from start on, and for certain until sure
     while k < count:
         # Go to the next column at which spans start or end.

@@ -38,7 +38,7 @@ SMALL = np.int64(32)  # samples along a side of a window that is not split; 16 i
 PLAIN, TO_AND_FRO = [[0, 1, 2, 3], [0, 0, 0, 0]], [[0, 1, 3, 2], [0, 0, 0, 0]]
 QUARTERS = np.array([[PLAIN] * 4, [TO_AND_FRO] * 4, [PLAIN] * 4, [PLAIN] * 4, HILBERT.tolist()], np.int64)
 
-# What hides: nothing; what lies behind a surrounding plane; what lies behind all of its depths, where these are held to a range.
+# What is hidden: nothing; what is behind a surrounding plane; what is behind all depths of it, where these are held to a range.
 HIDES_NOTHING, HIDES_BEHIND, HIDES_BELOW = range(3)
 
 # How far behind is behind. Depth is rounded to float32 before it is compared, which moves it by less than 2^-24 of itself, and
@@ -139,7 +139,7 @@ def is_hidden(window: Window, t: TriangleSetup, s: TriangleSetup) -> bool:
 
 @helper_kernel
 def held_depth(t: TriangleSetup, x: Integer, y: Integer) -> tuple[float, float]:
-    """Return the depth of a triangle at the sample of pixel (x, y), held to its range, and the sum of the sizes of its terms."""
+    """Return the depth of a triangle at the sample of pixel (x, y), held to its range, and the sum of the terms' sizes."""
     depth, size = depth_terms(t, x, y)
     return min(max(depth, t.depth_low), t.depth_high), size
 

@@ -2,7 +2,8 @@
 
 A weight comes from the exact edge value at the sample, E_k / 2A on the screen, and is divided by w before it is normed, so the
 sum of the three is the interpolated 1 / w. For a piece of a clipped triangle they are then carried over to the corners of its
-source. A triangle that is not clipped (raster/homogeneous_edges.py) has its weights as planes of x and y. An attribute is u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
+source. A triangle that is not clipped (raster/homogeneous_edges.py) has its weights as planes of x and y. An attribute is
+u_0 + b_1 (u_1 - u_0) + b_2 (u_2 - u_0): a constant comes out exactly constant.
 
 Source: Heckbert and Moreton 1991; the edge values are the lectures' sub-areas.
 """
@@ -26,7 +27,8 @@ def edge_value(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Intege
 @helper_kernel
 def line_weight(weights: Float64Array, m: Integer, k: int, x: Integer, y: Integer) -> float:
     """Return what the share of corner k of a triangle that is not clipped is proportional to, at a sample."""
-    return (weights[m, k, 0] * np.float64(x) + weights[m, k, 1] * np.float64(y)) + weights[m, k, 2]
+    weight: float = (weights[m, k, 0] * np.float64(x) + weights[m, k, 1] * np.float64(y)) + weights[m, k, 2]
+    return weight
 
 
 @kernel
@@ -54,7 +56,11 @@ def barycentric_kernel(
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
             m = piece[n]
             if outline[n] >= 0:
-                e0, e1, e2 = line_weight(weights, m, 0, x, y), line_weight(weights, m, 1, x, y), line_weight(weights, m, 2, x, y)
+                e0, e1, e2 = (
+                    line_weight(weights, m, 0, x, y),
+                    line_weight(weights, m, 1, x, y),
+                    line_weight(weights, m, 2, x, y),
+                )
                 w_p, w_q, w_r = 1.0, 1.0, 1.0
             else:
                 e0 = edge_value(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y)

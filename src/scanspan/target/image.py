@@ -16,9 +16,10 @@ import io
 import os
 import secrets
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -91,6 +92,16 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     ------
     InputError : when the folder is missing, the path is a folder, or it cannot be written to.
     """
+    with replacing(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Give a file to write to, which takes the place of the one at a path when all is written, and is removed otherwise.
+
+    Errors are those of `write_bytes`.
+    """
     target = _checked_path(path)
     try:
         real = Path(os.path.realpath(target))
@@ -102,20 +113,23 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
         if mode is not None and not os.access(real, os.W_OK):
             raise InputError(f"{target}: cannot be written: the file is read-only")
         if mode is not None and not stat.S_ISREG(mode):
-            real.write_bytes(content)
+            with real.open("wb") as file:
+                yield file
         else:
-            _replace(real, content, mode)
+            with _beside(real, mode) as file:
+                yield file
     except OSError as error:
         raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
 
 
-def _replace(target: Path, content: bytes, mode: int | None) -> None:
-    """Write a file beside the target and put it in its place; remove it on any failure, Ctrl-C among them."""
+@contextmanager
+def _beside(target: Path, mode: int | None) -> Iterator[BinaryIO]:
+    """Give a file beside the target and put it in its place; remove it on any failure, Ctrl-C among them."""
     beside = target.with_name(f".scanspan-{secrets.token_hex(8)}.part")
     number = os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0), 0o666)
     try:
         with os.fdopen(number, "wb") as file:
-            file.write(content)
+            yield file
         if mode is not None:
             os.chmod(beside, stat.S_IMODE(mode))
         os.replace(beside, target)

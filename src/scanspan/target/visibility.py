@@ -10,13 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Event
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from scanspan.errors import InputError
 from scanspan.jit import kernel
 from scanspan.raster.algorithms import run, run_bands
+from scanspan.raster.counters import BREACHES, COUNTERS, NAMES
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles
@@ -97,6 +98,33 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
     return Plane(offset, slot, depth)
 
 
+def find_visible_rows(
+    triangles: ScreenTriangles, reach: Int64Array, offset: Array, options: RasterOptions, rows: tuple[int, int]
+) -> Plane:
+    """Return what some rows see, from the first to before the last, of the triangles that reach into them alone.
+
+    To the kernels it is an image of its own, whose samples lie that many pixels further down. `reach` is from `y_range`.
+    """
+    (y_start, y_end), s = rows, options.subpixel_bits
+    near = np.flatnonzero((reach[1] >= y_start << s) & (reach[0] < y_end << s))
+    within = triangles._replace(
+        corners=triangles.corners[near], source=triangles.source[near], piece=triangles.piece[near],
+        inner=triangles.inner[near], outline=triangles.outline[near],
+    )  # fmt: skip
+    band = options._replace(size=(options.size[0], y_end - y_start))
+    seen = find_visible(within, offset + np.array([0, y_start << s]), band)
+    return Plane(offset, numbers_of(seen.slot, near.astype(np.int32)), seen.depth)
+
+
+def y_range(triangles: ScreenTriangles) -> Int64Array:
+    """Return the lowest and the highest y of every triangle in sub-pixels, (2, N)."""
+    y = triangles.xy[:, 1][triangles.corners]
+    reach = np.stack([y.min(axis=1, initial=1 << 62), y.max(axis=1, initial=-1 << 62)])
+    outlined = triangles.outline >= 0
+    reach[:, outlined] = triangles.limits[triangles.outline[outlined], 2:4].T
+    return reach
+
+
 def find_barycentric(plane: Plane, triangles: ScreenTriangles, options: RasterOptions) -> Float64Array:
     """Return the (H, W, 3) perspective-correct weights of the source triangles' corners, 0 where there is nothing."""
     out = np.empty((*plane.slot.shape, 3))
@@ -119,6 +147,15 @@ def numbers_of(slot: Int32Array, number: Int32Array) -> Int32Array:
     return found
 
 
+class Counted(NamedTuple):
+    """What is needed to count the work of a rasterization."""
+
+    triangles: Int32Array
+    screen: ScreenTriangles
+    offsets: Array
+    options: RasterOptions
+
+
 @dataclass(frozen=True, eq=False)
 class Visibility:
     """What `rasterize` found at every sample.
@@ -129,16 +166,27 @@ class Visibility:
     depth : the same shape, float32 or float64: 1 at the near plane and 0 at z = w, -inf where there is nothing.
     barycentric : (H, W, 3) or (H, W, S, 3) float64, perspective-correct weights of the triangle's corners; computed
         when asked for.
-    counters : what happened to the triangles on the way: how many came, were cut by a plane, or lay outside.
+    counters : what it took. How many triangles came, were cut by a plane, lay outside one, and were drawn; and the work of the
+        algorithm: samples_tested, edge_evaluations, spans, depth_tests, writes, subdivisions, and insertions and swaps in its
+        list. The work is counted in a run of its own when it is asked for, on one thread, as bands would count twice.
     """
 
     primitive: Array
     depth: Array
-    counters: Mapping[str, int]
     triangles: Int32Array = field(repr=False)
     planes: tuple[Plane, ...] = field(repr=False, default=())
     screen: ScreenTriangles | None = field(repr=False, default=None)
     options: RasterOptions | None = field(repr=False, default=None)
+    parts: tuple[Counted, ...] = field(repr=False, default=())
+
+    @cached_property
+    def counters(self) -> Mapping[str, int]:
+        """Triangles and work, by name."""
+        total: dict[str, int] = {}
+        for part in self.parts:
+            for name, value in count_work(*part).items():
+                total[name] = total.get(name, 0) + value
+        return total
 
     @cached_property
     def barycentric(self) -> Float64Array:
@@ -157,6 +205,35 @@ def count_triangles(triangles: Int32Array, screen: ScreenTriangles) -> dict[str,
     return {"triangles": len(triangles), "cut": cut, "outside": outside, "drawn": len(screen.corners)}
 
 
+def count_work(triangles: Int32Array, screen: ScreenTriangles, offsets: Array, options: RasterOptions) -> dict[str, int]:
+    """Return how many triangles came and what became of them, and the work that the algorithm does on them.
+
+    The run checks what the lectures say of a sweep: the list is in order and empty at the end, each sample is set once.
+
+    Raises
+    ------
+    RuntimeError : if that is not so, which would be a fault of the algorithm.
+    """
+    width, height = options.size
+    counted, samples = np.zeros(COUNTERS, np.int64), np.zeros(3, np.int64)
+    tallies = np.empty((height, width, 4), np.int64)
+    for offset in offsets:
+        tallies[...] = (EMPTY_KEY, 0, 0, 0)
+        counted += run(options.algorithm, options.order, "tallies", tallies, screen, sampling_of(offset, options), 1)
+        samples += tallies[..., 1:].sum(axis=(0, 1))
+    for breach, times in zip(BREACHES, counted[-len(BREACHES) :].tolist(), strict=True):
+        if times:
+            raise RuntimeError(f"{options.algorithm}: {breach}, {times} times")
+    tested, covered, written = samples.tolist()
+    work = dict(zip(NAMES, counted.tolist(), strict=False))
+    return {
+        **count_triangles(triangles, screen),
+        "samples_tested": work["samples_tested"] + tested, "edge_evaluations": work["edge_evaluations"],
+        "spans": work["spans"], "depth_tests": work["depth_tests"] + covered, "writes": written,
+        "subdivisions": work["subdivisions"], "insertions": work["insertions"], "swaps": work["swaps"],
+    }  # fmt: skip
+
+
 def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples: int, options: RasterOptions) -> Visibility:
     """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
     offsets = sample_offsets(samples, options.subpixel_bits)
@@ -165,11 +242,11 @@ def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples:
     return Visibility(
         primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
         depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
-        counters=count_triangles(triangles, screen),
         triangles=triangles,
         planes=planes,
         screen=screen,
         options=options,
+        parts=(Counted(triangles, screen, offsets, options),),
     )
 
 
@@ -204,5 +281,4 @@ def merge(a: Visibility, b: Visibility) -> Visibility:
         raise InputError(f"merge: {both} must have the same shape and type")
     depth, primitive = a.depth.copy(), a.primitive.copy()
     merge_kernel(depth.reshape(-1), primitive.reshape(-1), b.depth.reshape(-1), b.primitive.reshape(-1))
-    counters: dict[str, Any] = {name: a.counters[name] + b.counters[name] for name in a.counters}
-    return Visibility(primitive, depth, counters, a.triangles)
+    return Visibility(primitive, depth, a.triangles, parts=a.parts + b.parts)

@@ -152,7 +152,7 @@ def probe_kernel(
     That is its depth, whether it is covered, and the depths that it is cut off at.
 
     Shapes  triangles: ScreenTriangles, outlines set up; halves: (4, 2) int64, the edges opposite corner 0, 1, 2 as listed, and
-            the area, as (high, low); owns: (3,) bool, whether each edge owns the samples on it. sampling: one pixel, the sample's.
+            the area, as (high, low); owns: (3,) bool, whether each edge owns the samples on it. sampling: one pixel.
     Units   x, y and edge values in sub-pixels and their squares. The depth means something where the sample is covered.
     """
     xy, corners, lines, m = triangles.xy, triangles.corners, triangles.lines, triangles.outline[n]
@@ -177,7 +177,7 @@ def probe_kernel(
         xy, triangles.depth, corners, triangles.inner, triangles.outline, triangles.integers, triangles.floats, n, sampling
     )
     inside = (t.y_start < t.y_end) & (t.x_start < t.x_end) & ((t.f0 | t.f1 | t.f2) >= 0)
-    covered, depth = bound_sample(t, inside, depth_at(t, t.g1, t.g2))
+    covered, depth = bound_sample(t, bool(inside), depth_at(t, t.g1, t.g2))
     return depth, covered, t.cut_low if inside else -np.inf, t.cut_high if inside else np.inf
 
 
@@ -205,24 +205,23 @@ def try_triangle(
         return Decision(*known, "culled", edges, None, f"as seen it runs {facing}")
     if covered:
         return Decision(*known, "visible", edges, depth if depth_bits == 64 else float(np.float32(depth)), "")
-    return Decision(*known, *why_not_covered(edges, owns, sampling.coverage, float(depth), cut))
+    verdict, reason = why_not_covered(edges, owns, sampling.coverage, float(depth), cut)
+    return Decision(*known, verdict, edges, None, reason)
 
 
-def why_not_covered(
-    edges: tuple[int, int, int], owns: Array, coverage: int, depth: float, cut: list[float]
-) -> tuple[str, tuple[int, int, int], None, str]:
-    """Return verdict, edge values, no depth, and reason of a triangle that faces the right way and does not cover a sample."""
+def why_not_covered(edges: tuple[int, int, int], owns: Array, coverage: int, depth: float, cut: list[float]) -> tuple[str, str]:
+    """Return verdict and reason of a triangle that faces the right way and does not cover a sample."""
     k = edges.index(min(edges))
     if coverage != SAMPLE:
         what = "no part" if coverage == TOUCHED else "not all"
-        return "outside", edges, None, f"{what} of the pixel is on the inner side of all edges"
+        return "outside", f"{what} of the pixel is on the inner side of all edges"
     if min(edges) < 0:
-        return "outside", edges, None, f"the edge opposite corner {k} has the sample on its outer side"
+        return "outside", f"the edge opposite corner {k} has the sample on its outer side"
     for k in range(3):
         if edges[k] == 0 and not owns[k]:
-            return "excluded edge", edges, None, f"the sample lies on the edge opposite corner {k}, which does not own it"
+            return "excluded edge", f"the sample lies on the edge opposite corner {k}, which does not own it"
     side = "in front of the near plane" if depth > cut[1] else "behind the far plane" if depth < cut[0] else "out of reach"
-    return "clipped", edges, None, f"it lies {side} there"
+    return "clipped", f"it lies {side} there"
 
 
 def is_within_reach(screen: ScreenTriangles, n: int, edges: tuple[int, int, int], sampling: Sampling) -> bool:
