@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scanspan.assets.material import Material as Material
     from scanspan.assets.material import Texture as Texture
     from scanspan.assets.mesh import Mesh as Mesh
+    from scanspan.assets.polygons import Polygons as Polygons
     from scanspan.assets.scene import Instance as Instance
     from scanspan.assets.scene import Scene as Scene
     from scanspan.assets.shapes import Points as Points
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from scanspan.errors import InputError as InputError
     from scanspan.errors import LimitError as LimitError
     from scanspan.errors import ScanspanError as ScanspanError
+    from scanspan.geometry.dice import dice as dice
     from scanspan.pipeline import count as count
     from scanspan.pipeline import interpolate as interpolate
     from scanspan.pipeline import rasterize as rasterize
@@ -53,12 +55,14 @@ _HOMES = {
     "ORDERS": "raster.algorithms",
     "OffscreenPoint": "raster.options",
     "Points": "assets.shapes",
+    "Polygons": "assets.polygons",
     "Scene": "assets.scene",
     "ScanspanError": "errors",
     "Segments": "assets.shapes",
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "count": "pipeline",
+    "dice": "geometry.dice",
     "explain": "view.explain",
     "interpolate": "pipeline",
     "load": "assets.load",

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import Any, overload
@@ -16,18 +17,17 @@ from scanspan.assets.buffers import check_clip, check_screen_triangles, check_va
 from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.lens import check_size
-from scanspan.assets.mesh import Mesh
-from scanspan.assets.scene import Geometry, Instance, Scene
-from scanspan.assets.shapes import Points, Segments
+from scanspan.assets.scene import GEOMETRIES, Geometry, Instance, Scene
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
+from scanspan.geometry.outlines import to_screen_with_polygons
 from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_each
 from scanspan.raster.homogeneous_edges import without_clipping
 from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
-from scanspan.records import Float64Array, Int32Array, ScreenTriangles
+from scanspan.records import DrawList, ScreenPolygons, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
 from scanspan.shade.shading import Look, gather_surfaces
@@ -138,7 +138,7 @@ def render(
 
     Parameters
     ----------
-    scene : a Scene, or one Mesh, Segments, Points or Instance.
+    scene : a Scene, or one Mesh, Polygons, Segments, Points or Instance.
     camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the
         scene fills the picture; None is "iso".
     size : (width, height) in pixels.
@@ -195,26 +195,29 @@ def render(
 
     # Geometry: triangles on the screen.
     draw = assemble(scene, camera, options.size)
-    screen = to_triangles(draw.clip, draw.triangles, options, camera.has_far)
+    screen, polygons = to_triangles_and_polygons(draw, options, camera.has_far)
 
     # Raster, shade and target, band by band where rows go to a file: find what each sample sees, add up its light, average.
     surfaces = gather_surfaces(scene, draw, camera, options.size, sky, look)
-    picture = Picture(scene, draw, screen, surfaces, offsets, options, behind, blend)
+    picture = Picture(scene, draw, screen, polygons, surfaces, offsets, options, behind, blend)
     if sink is not None:
         write_picture(picture, sink)
         return sink
     color = shade_picture(picture)
 
     # Every other field of the frame comes from one sample at the centre.
-    centre = find_visible(screen, centre_offset, options)
+    centre = find_visible(screen, centre_offset, options, polygons)
     counters = count_triangles(draw.triangles, screen)
-    return Frame(color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters)
+    return Frame(
+        color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters,
+        polygons=polygons,
+    )  # fmt: skip
 
 
 def as_scene(scene: Any) -> Scene:
     """Return what was given to `render` as a Scene."""
-    if not isinstance(scene, (Scene, Instance, Mesh, Segments, Points)):
-        expected = "expected a Scene, Mesh, Segments, Points or Instance; use load() to read a file"
+    if not isinstance(scene, (Scene, Instance, *GEOMETRIES)):
+        expected = "expected a Scene, Mesh, Polygons, Segments, Points or Instance; use load() to read a file"
         raise InputError(f"scene = {quote(scene)}: {expected}")
     return scene if isinstance(scene, Scene) else Scene(scene)
 
@@ -291,14 +294,24 @@ def rasterize(
     options = RasterOptions(pixels, algorithm, order, rule, cull, bits, int(depth_bits), check_threads(threads), coverage)
     make_sampling(options.size, (0, 0), rule=rule, cull=cull, subpixel_bits=bits)
     vertices, corners = check_clip(clip, triangles, nonfinite)
-    screen = to_triangles(vertices, corners, options)
+    screen = way_to_screen(options)(vertices, corners, options.size, bits)
     return rasterize_triangles(screen, corners, int(samples), options)
 
 
-def to_triangles(clip: Float64Array, triangles: Int32Array, options: RasterOptions, far: bool = False) -> ScreenTriangles:
-    """Return triangles on the screen, clipped unless the algorithm does without it, or whole pixels decide about a triangle."""
+def way_to_screen(options: RasterOptions) -> Callable[..., ScreenTriangles]:
+    """Return what brings triangles to the screen: clipping, unless the algorithm does without, or whole pixels decide."""
     unclipped = options.algorithm == "homogeneous" or options.coverage != "sample"
-    return (without_clipping if unclipped else to_screen)(clip, triangles, options.size, options.subpixel_bits, far)
+    return without_clipping if unclipped else to_screen
+
+
+def to_triangles_and_polygons(
+    draw: DrawList, options: RasterOptions, far: bool
+) -> tuple[ScreenTriangles, ScreenPolygons | None]:
+    """Return the triangles of a DrawList on the screen, and its polygons if it has any."""
+    way, bits = way_to_screen(options), options.subpixel_bits
+    if draw.outlines is not None:
+        return to_screen_with_polygons(draw, options.size, bits, far, way)
+    return way(draw.clip, draw.triangles, options.size, bits, far), None
 
 
 def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:

@@ -23,6 +23,27 @@ UInt8Array = npt.NDArray[np.uint8]
 Integer = int | np.int64
 
 
+class Outlines(NamedTuple):
+    """The P polygons of a DrawList: there, three corners that span its plane stand for each."""
+
+    triangle: Int32Array  # (P,) row of the DrawList's triangles
+    rings: Int64Array  # (R, 2) rows of clip and positions, from the first to before the last
+    polygon_rings: Int64Array  # (P + 1,) polygon p has rings polygon_rings[p] to polygon_rings[p + 1]
+    fill_rule: Int64Array  # (P,) EVEN_ODD or NON_ZERO of raster/polygon.py
+
+
+class ScreenPolygons(NamedTuple):
+    """The P polygons of a scene on the screen, clipped and snapped."""
+
+    xy: Int64Array  # (M, 2) sub-pixels, ring after ring
+    ring_starts: Int32Array  # (R + 1,)
+    polygon_rings: Int32Array  # (P + 1,)
+    fill_rule: Int64Array  # (P,)
+    slot: Int32Array  # (P,) row of ScreenTriangles
+    planes: Float64Array  # (P, 5) as in ScreenTriangles
+    starts: Int64Array  # (P, 3) the last three of limits there
+
+
 class DrawList(NamedTuple):
     """A scene flattened for one camera: T triangles over all instances, in order, with V vertices.
 
@@ -37,6 +58,7 @@ class DrawList(NamedTuple):
     element: Int32Array  # (T,) within its geometry: the triangle of a mesh, the segment, or the point
     inner: UInt8Array  # (T,) bit i set: the edge opposite corner i is no edge of the face
     mirrored: BoolArray  # (instances,) whether the transform turns left hands into right ones, so corners 1 and 2 are swapped
+    outlines: Outlines | None  # the polygons, None where there are none
 
 
 class ScreenTriangles(NamedTuple):
@@ -54,7 +76,8 @@ class ScreenTriangles(NamedTuple):
     piece: Int32Array  # (N,) row of weights, -1 for a triangle that was not cut
     weights: Float64Array  # (P, 3, 3) weights[p, c, k]: share of the source's corner k in corner c of piece p; for a triangle
     # with an outline, the share of corner k at (x, y) in sub-pixels is proportional to weights[p, k] . (x, y, 1)
-    inner: UInt8Array  # (N,) bit i set: the edge opposite corner i was made by clipping
+    inner: UInt8Array  # (N,) bit i set: the edge opposite corner i was made by clipping; bit 3: a polygon, which reaches beyond
+    # its three corners
     outline: Int32Array  # (N,) row of lines, limits and planes, -1 for a triangle bounded by the edges between its corners
     lines: Int64Array  # (R, 3, 4) a, b, q_x, q_y: at (x, y) the edge value is a (x - q_x) + b (y - q_y); all 0 is no edge
     limits: Int64Array  # (R, 7) sub-pixels: lowest and highest x and y, both included; the point that the plane starts from;

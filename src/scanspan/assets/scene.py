@@ -16,19 +16,23 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_array
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
+from scanspan.assets.polygons import Polygons
 from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import transform_points
 
-Geometry: TypeAlias = Mesh | Segments | Points
+Geometry: TypeAlias = Mesh | Polygons | Segments | Points
+GEOMETRIES = (Mesh, Polygons, Segments, Points)
 
 UPS = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 
 
 def primitive_count(geometry: Geometry) -> int:
-    """Return how many primitives a geometry has: faces, segments or points."""
+    """Return how many primitives a geometry has: faces, polygons, segments or points."""
     if isinstance(geometry, Mesh):
         return geometry.face_count
+    if isinstance(geometry, Polygons):
+        return geometry.count
     return len(geometry.segments) if isinstance(geometry, Segments) else len(geometry.positions)
 
 
@@ -38,7 +42,7 @@ class Instance:
 
     Parameters
     ----------
-    geometry : Mesh, Segments or Points.
+    geometry : Mesh, Polygons, Segments or Points.
     transform : (4, 4), kept as float64: column vectors, world = transform times local, last row 0 0 0 1. By default the
         identity.
     material : the base colour and texture.
@@ -63,8 +67,8 @@ class Instance:
     def __init__(
         self, geometry: Geometry, transform: ArrayLike | None = None, material: Material | None = None, name: str = ""
     ) -> None:
-        if not isinstance(geometry, (Mesh, Segments, Points)):
-            raise InputError(f"geometry: expected a Mesh, Segments or Points, got {type(geometry).__name__}")
+        if not isinstance(geometry, GEOMETRIES):
+            raise InputError(f"geometry: expected a Mesh, Polygons, Segments or Points, got {type(geometry).__name__}")
         if material is not None and not isinstance(material, Material):
             raise InputError(f"material: expected a Material, got {type(material).__name__}")
         if not isinstance(name, str):
@@ -86,7 +90,7 @@ class Instance:
     def used_positions(self) -> NDArray[np.float64]:
         """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
         geometry = self.geometry
-        if isinstance(geometry, Points):
+        if isinstance(geometry, (Points, Polygons)):
             return geometry.positions
         used = np.zeros(len(geometry.positions), dtype=bool)
         used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
@@ -128,7 +132,7 @@ class Scene:
 
     Parameters
     ----------
-    instances : one Instance, Mesh, Segments, Points or Scene, or a sequence of them.
+    instances : one Instance, Mesh, Polygons, Segments, Points or Scene, or a sequence of them.
     up : the direction that is up: "+X", "-X", "+Y", "-Y", "+Z" or "-Z".
     name : any text, such as the file's name.
     notes : what a reader of a file could not do, one line each, such as a texture that was not found.
@@ -158,7 +162,7 @@ class Scene:
     ) -> None:
         if up not in UPS:
             raise unknown_name("direction for up", up, UPS)
-        single = isinstance(instances, (Instance, Mesh, Segments, Points, Scene))
+        single = isinstance(instances, (Instance, Scene, *GEOMETRIES))
         if not single and (isinstance(instances, (str, bytes, np.ndarray)) or not isinstance(instances, Iterable)):
             raise InputError(f"instances: expected meshes or instances, got {type(instances).__name__}")
         listed: list[Instance] = []
@@ -167,11 +171,11 @@ class Scene:
                 listed.extend(thing.instances)
             elif isinstance(thing, Instance):
                 listed.append(thing)
-            elif isinstance(thing, (Mesh, Segments, Points)):
+            elif isinstance(thing, GEOMETRIES):
                 listed.append(Instance(thing))
             else:
                 kind = type(thing).__name__
-                raise InputError(f"instances[{number}]: expected a Mesh, Segments, Points or Instance, got {kind}")
+                raise InputError(f"instances[{number}]: expected a Mesh, Polygons, Segments, Points or Instance, got {kind}")
         object.__setattr__(self, "instances", tuple(listed))
         object.__setattr__(self, "up", up)
         object.__setattr__(self, "name", str(name))
@@ -198,7 +202,7 @@ class Scene:
 
     @property
     def primitive_count(self) -> int:
-        """Primitives over all instances: faces, segments and points."""
+        """Primitives over all instances: faces, polygons, segments and points."""
         return self.first_primitive[-1]
 
     @property

@@ -283,7 +283,7 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
         )  # fmt: skip
     elif isinstance(shape, Segments):
         shape = Segments(shape.positions, shape.segments, None, shape.width)
-    else:
+    elif isinstance(shape, Points):
         shape = Points(shape.positions, None, shape.size)
     material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
     return Instance(shape, instance.transform, material, instance.name)

@@ -1,7 +1,8 @@
 """Assembly: a scene becomes one list of triangles in clip coordinates.
 
 Instances follow each other in scene order, so the number of a triangle in the list orders like the number of its primitive.
-Segments and points become quadrangles that face the camera: a point the square of its size round its position, as in Direct3D,
+A polygon is there as three of its corners, which span its plane, with its rings beside them (outlines.py). Segments and points
+become quadrangles that face the camera: a point the square of its size round its position, as in Direct3D,
 a segment the rectangle of its width round the line. So depth, numbers and merging hold for them without a word more.
 """
 
@@ -13,11 +14,12 @@ import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.assets.mesh import Mesh
+from scanspan.assets.polygons import FILL_RULES, Polygons
 from scanspan.assets.scene import Geometry, Scene
 from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import LimitError
 from scanspan.homogeneous import compose, transform_points
-from scanspan.records import Array, DrawList, Float64Array, Int32Array
+from scanspan.records import Array, DrawList, Float64Array, Int32Array, Outlines
 
 MAX_TRIANGLES = (1 << 31) - 1
 
@@ -54,7 +56,7 @@ def assemble(scene: Scene, camera: Camera, size: tuple[int, int]) -> DrawList:
     for instance in scene.instances:
         part = make_part(instance.geometry, instance.transform, compose(to_clip, instance.transform), size)
         mirrored.append(is_mirrored(instance.transform))
-        parts.append(swap_corners(part) if mirrored[-1] and isinstance(instance.geometry, Mesh) else part)
+        parts.append(swap_corners(part) if mirrored[-1] and isinstance(instance.geometry, (Mesh, Polygons)) else part)
     if sum(len(part.triangles) for part in parts) > MAX_TRIANGLES:
         raise LimitError(f"{sum(len(part.triangles) for part in parts)} triangles: at most {MAX_TRIANGLES} can be numbered")
 
@@ -70,7 +72,31 @@ def assemble(scene: Scene, camera: Camera, size: tuple[int, int]) -> DrawList:
         element=stack([part.element for part in parts], (0,), np.int32),
         inner=stack([part.inner for part in parts], (0,), np.uint8),
         mirrored=np.array(mirrored, bool),
+        outlines=gather_outlines(scene, parts, first_vertex),
     )
+
+
+def gather_outlines(scene: Scene, parts: list[Part], first_vertex: Array) -> Outlines | None:
+    """Return the polygons of a scene, numbered through all its parts, or None."""
+    first_triangle = np.cumsum([0, *(len(part.triangles) for part in parts)])
+    triangle: list[Array] = []
+    rings: list[Array] = []
+    polygon_rings: list[Array] = [np.zeros(1, np.int64)]
+    fill_rule: list[Array] = []
+    for k, instance in enumerate(scene.instances):
+        shape = instance.geometry
+        if isinstance(shape, Polygons):
+            starts, before = shape.ring_starts.astype(np.int64) + first_vertex[k], sum(len(found) for found in rings)
+            triangle.append(first_triangle[k] + np.arange(len(shape.source)))
+            rings.append(np.stack([starts[:-1], starts[1:]], axis=1))
+            polygon_rings.append(shape.polygon_rings[1:].astype(np.int64) + before)
+            fill_rule.append(np.full(len(shape.source), FILL_RULES.index(shape.fill_rule)))
+    if not triangle:
+        return None
+    return Outlines(
+        np.concatenate(triangle).astype(np.int32), np.concatenate(rings), np.concatenate(polygon_rings),
+        np.concatenate(fill_rule).astype(np.int64),
+    )  # fmt: skip
 
 
 def stack(arrays: list[Array], empty: tuple[int, ...], dtype: type) -> Array:
@@ -101,6 +127,9 @@ def make_part(geometry: Geometry, to_world: Float64Array, to_clip: Float64Array,
     if isinstance(geometry, Mesh):
         count = np.arange(len(geometry.triangles), dtype=np.int32)
         return Part(clip, world, geometry.triangles, geometry.source, count, geometry.inner)
+    if isinstance(geometry, Polygons):
+        element = np.arange(len(geometry.source), dtype=np.int32)
+        return Part(clip, world, geometry.reference, geometry.source, element, np.full(len(element), 7, np.uint8))
     if isinstance(geometry, Points):
         return quads(clip, clip, world, world, np.array([[-1.0, 0.0]]), geometry.size, size, caps=True)
     return segment_quads(clip, world, geometry, size)

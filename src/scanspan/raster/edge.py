@@ -63,7 +63,7 @@ def pixel_bias(a: Integer, b: Integer, coverage: int, subpixel_bits: int) -> Int
 
     Rule    TOUCHED: the open pixel has a point on the inner side. INSIDE: the closed pixel has none on the outer side.
     """
-    reach = np.int64(abs(a) + abs(b)) << (subpixel_bits - 1)
+    reach = (max(a, -a) + max(b, -b)) << (subpixel_bits - 1)
     return reach - 1 if coverage == TOUCHED else -reach
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.fixed_point import halves_float, product_halves
+from scanspan.geometry.outlines import REACHES_OUT
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
 
@@ -42,7 +43,7 @@ def barycentric_kernel(
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
     xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
-    piece, weights, outline = triangles.piece, triangles.weights, triangles.outline
+    piece, weights, outline, inner = triangles.piece, triangles.weights, triangles.outline, triangles.inner
     for j in range(slots.shape[0]):
         y = ((y_start + j) << subpixel_bits) + sample_y
         for i in range(slots.shape[1]):
@@ -68,9 +69,10 @@ def barycentric_kernel(
                 e2 = edge_value(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y)
                 w_p, w_q, w_r = clip[p, 3], clip[q, 3], clip[r, 3]
 
-            # Turn a clockwise triangle's signs round; a pixel that is touched beside its centre takes the triangle's border.
+            # Turn a clockwise triangle's signs round. A pixel that is touched beside its centre takes the triangle's border.
             turn = -1.0 if (e0 + e1) + e2 < 0.0 else 1.0
-            w0, w1, w2 = max(turn * e0, 0.0) / w_p, max(turn * e1, 0.0) / w_q, max(turn * e2, 0.0) / w_r
+            low = -np.inf if inner[n] & REACHES_OUT else 0.0
+            w0, w1, w2 = max(turn * e0, low) / w_p, max(turn * e1, low) / w_q, max(turn * e2, low) / w_r
             total = (w0 + w1) + w2
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scanspan.assets.mesh import Mesh
+from scanspan.assets.polygons import Polygons
 from scanspan.assets.scene import Instance, Scene
 from scanspan.errors import unknown_name
 from scanspan.homogeneous import normal_matrix, transform_directions
@@ -68,6 +69,10 @@ def normals(scene: Scene, draw: DrawList, shading: str, crease_angle: float) -> 
     for k, instance in enumerate(scene.instances):
         if isinstance(instance.geometry, Mesh):
             out[draw.instance == k] = normals_of(instance, shading, crease_angle)[:, corner_order(draw, k)]
+        elif isinstance(instance.geometry, Polygons):
+            flat = transform_directions(normal_matrix(instance.transform), instance.geometry.normals)
+            length = np.sqrt(flat[:, 0] ** 2 + flat[:, 1] ** 2 + flat[:, 2] ** 2)[:, None]
+            out[draw.instance == k] = np.divide(flat, length, out=np.zeros_like(flat), where=length > 0)[:, None]
     return out
 
 
@@ -104,6 +109,9 @@ def corner_colors(instance: Instance, element: NDArray[np.int32]) -> Float32Arra
     values = linear_colors(np.atleast_2d(geometry.colors))
     if len(values) == 1:
         return np.broadcast_to(values, (len(element), 3, 4)).astype(np.float32)
+
+    if isinstance(geometry, Polygons):
+        return np.repeat(values[geometry.source[element]][:, None], 3, axis=1)
 
     # A quadrangle has corners a, b, b, a; its triangles take a, b, b and a, b, a.
     ends = getattr(geometry, "segments", None)

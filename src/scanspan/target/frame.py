@@ -16,7 +16,16 @@ import numpy as np
 from scanspan.assets.camera import Camera
 from scanspan.assets.scene import Scene
 from scanspan.errors import InputError, unknown_name
-from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles, UInt8Array
+from scanspan.records import (
+    Array,
+    DrawList,
+    Float32Array,
+    Float64Array,
+    Int32Array,
+    ScreenPolygons,
+    ScreenTriangles,
+    UInt8Array,
+)
 from scanspan.shade import surface
 from scanspan.shade.interpolate import interpolate_corners_kernel, interpolate_vertices_kernel
 from scanspan.shade.shading import Look
@@ -52,13 +61,13 @@ class Frame:
 
     def __init__(
         self, color: UInt8Array, centre: Plane, draw: DrawList, screen: ScreenTriangles, *, scene: Scene, camera: Camera,
-        options: RasterOptions, look: Look, counters: Mapping[str, int],
+        options: RasterOptions, look: Look, counters: Mapping[str, int], polygons: ScreenPolygons | None = None,
     ) -> None:  # fmt: skip
         self.color = color
         self.scene, self.camera, self.size = scene, camera, options.size
         self.counters = counters
         self._centre, self._draw, self._screen = centre, draw, screen
-        self._options, self._look = options, look
+        self._options, self._look, self._polygons = options, look, polygons
 
     @cached_property
     def _number(self) -> Int32Array:

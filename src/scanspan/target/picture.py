@@ -14,7 +14,7 @@ import numpy as np
 
 from scanspan.assets.scene import Scene
 from scanspan.raster.algorithms import run_bands
-from scanspan.records import DrawList, Float32Array, Int64Array, ScreenTriangles, UInt8Array
+from scanspan.records import DrawList, Float32Array, Int64Array, ScreenPolygons, ScreenTriangles, UInt8Array
 from scanspan.shade.shading import ROWS, Surfaces, shade_rows
 from scanspan.target.resolve import resolve
 from scanspan.target.sink import open_sink
@@ -29,6 +29,7 @@ class Picture(NamedTuple):
     scene: Scene
     draw: DrawList
     screen: ScreenTriangles
+    polygons: ScreenPolygons | None
     surfaces: Surfaces
     offsets: Int64Array  # (S, 2) samples in sub-pixels
     options: RasterOptions
@@ -41,7 +42,7 @@ def shade_picture(picture: Picture) -> UInt8Array:
     width, height = picture.options.size
     sums = np.zeros((height, width, 4), np.float32)
     for offset in picture.offsets:
-        add_samples(picture, find_visible(picture.screen, offset, picture.options), 0, sums)
+        add_samples(picture, find_visible(picture.screen, offset, picture.options, picture.polygons), 0, sums)
     return resolve(sums, len(picture.offsets), picture.behind, picture.blend)
 
 
@@ -54,7 +55,7 @@ def write_picture(picture: Picture, path: Path) -> None:
             y_end = min(height, y_start + rows_at_once)
             sums = np.zeros((y_end - y_start, width, 4), np.float32)
             for offset in picture.offsets:
-                plane = find_visible_rows(picture.screen, reach, offset, picture.options, (y_start, y_end))
+                plane = find_visible_rows(picture.screen, reach, offset, picture.options, (y_start, y_end), picture.polygons)
                 add_samples(picture, plane, y_start, sums)
             rows = behind if len(behind) == 1 else behind[y_start:y_end]
             write_rows(resolve(sums, len(picture.offsets), rows, picture.blend))

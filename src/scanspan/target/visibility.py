@@ -19,8 +19,18 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import run, run_bands
 from scanspan.raster.counters import BREACHES, COUNTERS, NAMES
 from scanspan.raster.options import OffscreenPoint, make_sampling
+from scanspan.raster.polygon import draw_polygons
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
-from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles
+from scanspan.records import (
+    Array,
+    Float32Array,
+    Float64Array,
+    Int32Array,
+    Int64Array,
+    Sampling,
+    ScreenPolygons,
+    ScreenTriangles,
+)
 from scanspan.samples import sample_offsets
 from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel, numbers_kernel
 from scanspan.target.merge import merge_kernel
@@ -69,7 +79,9 @@ def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
     )  # fmt: skip
 
 
-def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptions) -> Plane:
+def find_visible(
+    triangles: ScreenTriangles, offset: Array, options: RasterOptions, polygons: ScreenPolygons | None = None
+) -> Plane:
     """Rasterize triangles at one sample position and keep the nearest at each pixel.
 
     Parameters
@@ -77,9 +89,14 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
     triangles : from geometry.
     offset : (2,) the sample's place in the pixel, sub-pixels.
     options : the checked options.
+    polygons : the rings of those among the triangles that stand for a polygon.
     """
     width, height = options.size
     sampling = sampling_of(offset, options)
+    if polygons is not None:
+        drawn, row = draw_polygons(triangles, polygons, sampling)
+        seen = find_visible(drawn, offset, options)
+        return seen._replace(slot=numbers_of(seen.slot, row))
     if options.depth_bits == 64:
         pairs = np.empty((height, width, 2))
         pairs[...] = (-np.inf, -1.0)
@@ -99,20 +116,26 @@ def find_visible(triangles: ScreenTriangles, offset: Array, options: RasterOptio
 
 
 def find_visible_rows(
-    triangles: ScreenTriangles, reach: Int64Array, offset: Array, options: RasterOptions, rows: tuple[int, int]
-) -> Plane:
+    triangles: ScreenTriangles, reach: Int64Array, offset: Array, options: RasterOptions, rows: tuple[int, int],
+    polygons: ScreenPolygons | None = None,
+) -> Plane:  # fmt: skip
     """Return what some rows see, from the first to before the last, of the triangles that reach into them alone.
 
     To the kernels it is an image of its own, whose samples lie that many pixels further down. `reach` is from `y_range`.
     """
     (y_start, y_end), s = rows, options.subpixel_bits
-    near = np.flatnonzero((reach[1] >= y_start << s) & (reach[0] < y_end << s))
+    reaches = (reach[1] >= y_start << s) & (reach[0] < y_end << s)
+    if polygons is not None:
+        reaches[polygons.slot] = True
+    near = np.flatnonzero(reaches)
     within = triangles._replace(
         corners=triangles.corners[near], source=triangles.source[near], piece=triangles.piece[near],
         inner=triangles.inner[near], outline=triangles.outline[near],
     )  # fmt: skip
     band = options._replace(size=(options.size[0], y_end - y_start))
-    seen = find_visible(within, offset + np.array([0, y_start << s]), band)
+    if polygons is not None:
+        polygons = polygons._replace(slot=np.searchsorted(near, polygons.slot).astype(np.int32))
+    seen = find_visible(within, offset + np.array([0, y_start << s]), band, polygons)
     return Plane(offset, numbers_of(seen.slot, near.astype(np.int32)), seen.depth)
 
 
