@@ -26,7 +26,7 @@ from typer.main import get_command
 
 from scanspan import __version__
 from scanspan.cli import study
-from scanspan.cli.warming import run_all_kernels
+from scanspan.cli.warming import run_kernels
 from scanspan.errors import InputError, ScanspanError, unknown_name
 from scanspan.view import options
 from scanspan.view.reporter import Reporter, to_line
@@ -212,14 +212,22 @@ def run(request: Request, reporter: Reporter) -> bytes | str:
     check_interrupt()
     reporter.stage("starting the compiler")
     reporter.await_kernels()
-    from scanspan.pipeline import MAX_PIXELS, check_pixels
+    from scanspan.pipeline import MAX_PIXELS, check_pixels, render
     from scanspan.target.frame import FIELDS
     from scanspan.target.image import encode_image, image_format, write_bytes
+    from scanspan.target.sink import ENDINGS
     from scanspan.view.metadata import to_json
+    from scanspan.view.shot import make_camera
+
+    # Write rows as they are finished where nothing else is asked for: such a picture may be larger than memory.
+    check_fields(request.fields, FIELDS)
+    if request.output.lower().endswith(ENDINGS) and not request.views and request.metadata is None:
+        reporter.stage(f"rendering {request.model} into {request.output}")
+        render(scene, make_camera(scene, request.shot, request.size), request.size, out=request.output, **request.look)
+        return f"{request.output}\n"
 
     # Make the picture, or the arrays, and the numbers beside them.
     check_pixels(request.size, request.look.get("max_pixels", MAX_PIXELS))
-    check_fields(request.fields, FIELDS)
     content: Any
     if request.views:
         content, records = render_views(scene, request, reporter)
@@ -349,12 +357,12 @@ def info(
 
 
 @app.command()
-def warm(verbose: options.Verbose = False) -> None:
-    """Compile every kernel now, so that every later start is quick, and tell where they are kept."""
+def warm(every: options.Every = False, verbose: options.Verbose = False) -> None:
+    """Compile kernels now, so that every later start is quick, and tell where they are kept."""
     with Reporter(verbose) as reporter:
         reporter.stage("compiling")
         reporter.await_kernels()
-        run_all_kernels(reporter)
+        run_kernels(reporter, every)
         from scanspan.view.metadata import describe_kernels
 
         kept = describe_kernels()

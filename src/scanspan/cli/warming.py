@@ -1,16 +1,16 @@
-"""Warming: small pictures that between them need every kernel, so that later starts find all of them compiled."""
+"""Warming: small pictures that between them need the kernels, so that later starts find them compiled."""
 
 from __future__ import annotations
 
 from scanspan.view.reporter import Reporter
 
 
-def run_all_kernels(reporter: Reporter) -> None:
-    """Draw small pictures that between them need every kernel."""
+def run_kernels(reporter: Reporter, every: bool) -> None:
+    """Draw small pictures that between them need every kernel, or those of half-space rasterization alone."""
     import numpy as np
 
     import scanspan as ss
-    from scanspan.raster.algorithms import KERNELS
+    from scanspan.raster.algorithms import KERNELS, PIXEL_KERNELS
 
     # One scene has it all: a mesh that crosses the near plane, with a texture and colours, a mirrored one, segments and points.
     corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -28,12 +28,20 @@ def run_all_kernels(reporter: Reporter) -> None:
         frame = ss.render(scene, inside, (24, 16), shading=shading, cull=cull, blend=blend, edges=True, samples=2)
         frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
     ss.explain(frame, 12, 8)
+    hole = ss.Polygons([[[(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)]]])
+    ss.explain(ss.render(ss.Scene([box, hole]), inside, (24, 16), samples=1), 12, 8)
     clip = np.concatenate([corners, np.full((8, 1), 1.5)], axis=1)
     for algorithm, known in KERNELS.items():
-        for order in known:
+        for order in known if every else list(known)[:1] if algorithm == "half-space" else ():
             reporter.stage(f"compiling {algorithm} in {order}")
+            way = {"algorithm": algorithm, "order": order}
             for depth_bits in (32, 64):
-                seen = ss.rasterize(clip, box.triangles, (8, 8), algorithm=algorithm, order=order, depth_bits=depth_bits)
+                seen = ss.rasterize(clip, box.triangles, (8, 8), depth_bits=depth_bits, **way)  # type: ignore[arg-type]
                 ss.interpolate(seen, corners)
                 ss.merge(seen, seen)
             ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm, order=order)
+            if every:
+                dict(seen.counters)
+            for coverage in ("touched", "inside") if every and algorithm in PIXEL_KERNELS else ():
+                seen = ss.rasterize(clip, box.triangles, (8, 8), coverage=coverage, **way)  # type: ignore[arg-type]
+                dict(seen.counters)

@@ -21,6 +21,7 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import with_outlines
 from scanspan.raster.edge import SAMPLE, TOUCHED, edge_bias
 from scanspan.raster.options import check_integer
+from scanspan.raster.polygon import draw_polygons
 from scanspan.raster.setup import bound_sample, depth_at, set_up
 from scanspan.raster.write import is_nearer
 from scanspan.records import Array, Int32Array, Int64Array, Sampling, ScreenTriangles
@@ -116,8 +117,10 @@ def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
     >>> explain(seen, 1, 1).decisions[0].verdict
     'excluded edge'
     """
+    polygons = None
     if isinstance(frame, Frame):
         screen, options, plane, draw = frame._screen, frame._options, frame._centre, frame._draw
+        polygons = frame._polygons
         clip, triangles, primitive = draw.clip, draw.triangles, draw.primitive
     elif isinstance(frame, Visibility) and frame.screen is not None and frame.options is not None:
         screen, options, plane = frame.screen, frame.options, frame.planes[0]
@@ -130,12 +133,16 @@ def explain(frame: Frame | Visibility, x: int, y: int) -> Explanation:
 
     # Try everything that comes within a pixel again.
     px, py = (x << options.subpixel_bits) + int(plane.offset[0]), (y << options.subpixel_bits) + int(plane.offset[1])
+    whole = screen
+    if polygons is not None:
+        row = sampling._replace(y_start=y, y_end=y + 1)
+        screen, _ = draw_polygons(screen, polygons, row)
     near = np.zeros(len(screen.corners), bool)
     find_near_kernel(screen, px, py, 1 << options.subpixel_bits, near)
     places = ((x, y), (px, py))
     tries = [try_triangle(screen, int(n), sampling, *places, primitive, options.depth_bits) for n in np.flatnonzero(near)]
     decisions = compare([decision for decision in tries if decision is not None]) + find_clipped(
-        clip, triangles, screen, primitive, (x, y), plane.offset, options
+        clip, triangles, whole, primitive, (x, y), plane.offset, options
     )
     visible = [d.primitive for d in decisions if d.verdict == "visible"]
     order = {verdict: k for k, verdict in enumerate(VERDICTS)}
@@ -170,9 +177,10 @@ def probe_kernel(
             a, b, q_x, q_y = turn * lines[m, k, 0], turn * lines[m, k, 1], lines[m, k, 2], lines[m, k, 3]
         halves[k, 0], halves[k, 1] = product_halves(a, b, x - q_x, y - q_y)
         is_inner = (triangles.inner[n] >> k) & 1 != 0
-        owns[k] = edge_bias(
+        bias = edge_bias(
             turn * a, turn * b, q_x, q_y, is_inner, sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w
-        ) == 0  # fmt: skip
+        )
+        owns[k] = bias == 0 or (a == 0 and b == 0)
     t = set_up(
         xy, triangles.depth, corners, triangles.inner, triangles.outline, triangles.integers, triangles.floats, n, sampling
     )

@@ -87,3 +87,4 @@ MaxFaceCorners = Annotated[int | None, _limit(metavar="N", help="Refuse faces wi
 Nonfinite = Annotated[str, _limit(metavar="NAME", help="Vertices that are NaN or infinite: error, or drop their faces.")]
 FileType = Annotated[str | None, _limit(metavar="NAME", help="Read the file as obj, ply, ..., whatever its name is.")]
 Verbose = Annotated[bool, _limit("--verbose", help="Tell more on standard error.")]
+Every = Annotated[bool, typer.Option("--all", help="Those of every algorithm too; that takes minutes.")]
