@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scanspan.assets.scene import Scene as Scene
     from scanspan.assets.shapes import Points as Points
     from scanspan.assets.shapes import Segments as Segments
+    from scanspan.canvas import Canvas as Canvas
     from scanspan.errors import FormatError as FormatError
     from scanspan.errors import InputError as InputError
     from scanspan.errors import LimitError as LimitError
@@ -45,6 +46,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "ALGORITHMS": "raster.algorithms",
     "Camera": "assets.camera",
+    "Canvas": "canvas",
     "FormatError": "errors",
     "Frame": "target.frame",
     "InputError": "errors",

@@ -125,12 +125,19 @@ def run(
     threads : how many threads share the rows.
     """
     kernel = choose_kernel(algorithm, order, kind, sampling)
+    passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
+    return run_kernel(kernel, target, triangles, sampling._replace(order=list(ORDERS).index(order)), threads, passes)
+
+
+def run_kernel(
+    kernel: Callable[..., None], target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int, passes: int = 1
+) -> Int64Array:
+    """Run one kernel over bands of the image, and return what it counted."""
     count = len(triangles.corners)
-    ordered = sampling._replace(order=list(ORDERS).index(order))
 
     def scan_band(y_start: int, y_end: int, stop: Event) -> Int64Array:
         """Scan-convert the rows of one band, in chunks so that an interrupt is noticed between them."""
-        within, counters = ordered._replace(y_start=y_start, y_end=y_end), np.zeros(COUNTERS, np.int64)
+        within, counters = sampling._replace(y_start=y_start, y_end=y_end), np.zeros(COUNTERS, np.int64)
         drawn = with_outlines(triangles, within)
         for first in range(0, count, CHUNK):
             if not stop.is_set():
@@ -140,7 +147,6 @@ def run(
     height, width = sampling.y_end, sampling.x_end
     if count < SMALL and height * width < SMALL_IMAGE:
         threads = 1
-    passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
     counted = run_bands(scan_band, height, threads, passes)
     return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
 

@@ -28,7 +28,7 @@ from scanspan.raster.edge_walk import start_crossing, step_crossing
 from scanspan.raster.setup import first_sample
 from scanspan.records import Int32Array, Int64Array, Integer, Sampling, ScreenPolygons, ScreenTriangles
 
-EVEN_ODD, NON_ZERO = range(2)
+EVEN_ODD, NON_ZERO, POSITIVE, NEGATIVE, ABS_GEQ_TWO = range(5)
 
 # Columns of EdgeTable.edges: those of start_crossing, counted from the rectangle's left side; a and b of the edge value, which
 # grows to the right; first row, row after the last; 1 where the ring goes down, else -1; both ends.
@@ -266,21 +266,38 @@ def bound_span(
 
 
 @helper_kernel
+def is_filled(fill_rule: int, crossings: Integer, winding: Integer) -> bool:
+    """Say whether a place is inside by the edges passed on the way to it: how many, and how many more go down than up.
+
+    Source: the OpenGL Utility Library's five winding rules; a ring that is counter-clockwise as seen winds by 1.
+    """
+    if fill_rule == EVEN_ODD:
+        return bool(crossings & 1 != 0)
+    if fill_rule == NON_ZERO:
+        return bool(winding != 0)
+    if fill_rule == POSITIVE:
+        return bool(winding > 0)
+    if fill_rule == NEGATIVE:
+        return bool(winding < 0)
+    return bool(max(winding, -winding) >= 2)
+
+
+@helper_kernel
 def scan_row(
     trapezoids: Trapezoids, total: Integer, owner: Integer, table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
     fill_rule: int, sampling: Sampling,
 ) -> tuple[Trapezoids, Integer]:  # fmt: skip
     """Walk along row y from edge to edge, and bound a span wherever the polygon's inside ends.
 
-    Rule    inside is where the edges passed are odd in number (EVEN_ODD), or where those that go down and up do not cancel out.
+    Rule    is_filled, asked behind every edge.
     """
     edges, order, x = table.edges, active.order, active.x
-    winding, left = np.int64(0), NONE
+    winding, left, is_inside = np.int64(0), NONE, False
     for k in range(count):
         e = order[k]
-        was_inside = winding != 0
-        winding = 1 - winding if fill_rule == EVEN_ODD else winding + edges[e, WINDING]
-        is_inside = winding != 0
+        was_inside = is_inside
+        winding += edges[e, WINDING]
+        is_inside = is_filled(fill_rule, k + 1, winding)
         if is_inside and not was_inside:
             left = e
         elif was_inside and not is_inside:
@@ -332,8 +349,8 @@ def cut_trapezoids(
             a is above 0, and the right one, as (a, b, q_x, q_y) with a (x - q_x) + b (y - q_y) above 0 between them; limits
             (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
     Units   sub-pixels; sampling's rectangle in pixels.
-    Rule    top-left, whatever sampling.rule: a sample on the left line is in, one on the right line is out. fill_rule: EVEN_ODD
-            or NON_ZERO.
+    Rule    top-left, whatever sampling.rule: a sample on the left line is in, one on the right line is out. fill_rule: one
+            of the five above.
     Needs   coordinates within 2^24 px; the rectangle is part of an image.
     Cost    O(edges log edges + crossings + edges in a row, summed over rows). Memory: the largest polygon and the result.
     Source  the lectures' scan-line polygon fill.

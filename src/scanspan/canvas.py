@@ -1,0 +1,323 @@
+"""Canvas: pixels that are painted in order. The 2-D face over the same setup, rule and traversals as everything else.
+
+What comes later lies over what was there. Opaque colours replace, translucent ones are blended in linear light. Shapes own the
+pixels whose centres they own, by the top-left rule, so neighbours neither overlap nor leave a gap.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scanspan.assets.arrays import as_array, as_colors
+from scanspan.assets.buffers import check_screen_triangles
+from scanspan.assets.lens import check_size
+from scanspan.errors import InputError, LimitError, unknown_name
+from scanspan.geometry.fixed_point import MAX_COORDINATE
+from scanspan.geometry.project import no_outlines, screen_triangles
+from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.raster.flood import flood_kernel
+from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.polygon import cut_trapezoids
+from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
+from scanspan.records import Float64Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.samples import sample_offsets
+from scanspan.shade.color import parse_color
+from scanspan.target.blend import pack_colors
+from scanspan.target.image import png_bytes, write_image
+from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
+
+FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
+FILLS = ("scanline", "parity")
+LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
+BLENDS = ("linear", "srgb")
+MAX_PIXELS = 1 << 28
+LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
+
+
+class Canvas:
+    """An image to paint on.
+
+    Parameters
+    ----------
+    width, height : pixels.
+    background : a colour; see `parse_color`. White by default.
+    blend : "linear", or "srgb" to blend the stored values, as most 2-D tools do.
+    threads : by default one for each processor. The pixels are the same for any number.
+
+    Attributes
+    ----------
+    pixels : (height, width, 4) uint8, sRGB with straight alpha; it may be read and written at any time.
+
+    Raises
+    ------
+    InputError : for anything that cannot be used; the message quotes it.
+
+    Examples
+    --------
+    >>> canvas = Canvas(4, 3, "black")
+    >>> canvas.triangles([[(0, 0), (4, 0), (0, 3)]], "red")
+    >>> canvas.pixels[..., 0].tolist()
+    [[255, 255, 255, 0], [255, 255, 0, 0], [0, 0, 0, 0]]
+    """
+
+    def __init__(
+        self, width: int, height: int, background: Any = "white", *, blend: str = "linear", threads: int | None = None
+    ) -> None:
+        size = check_size((width, height))
+        if size[0] * size[1] > MAX_PIXELS:
+            raise LimitError(f"a canvas of {size[0]} x {size[1]} pixels: the limit is {MAX_PIXELS} in all")
+        self.pixels: UInt8Array = np.empty((size[1], size[0], 4), np.uint8)
+        self.pixels[:] = to_codes(background)
+        self._set_up(blend, threads)
+
+    def _set_up(self, blend: str, threads: int | None) -> None:
+        """Check and keep how to paint."""
+        if blend not in BLENDS:
+            raise unknown_name("blend", blend, BLENDS)
+        self.blend, self.threads = blend, check_threads(threads)
+
+    @classmethod
+    def from_array(cls, pixels: UInt8Array, *, blend: str = "linear", threads: int | None = None) -> Canvas:
+        """Return a canvas that paints into an array in place.
+
+        Parameters
+        ----------
+        pixels : (H, W, 4) uint8, C-contiguous and writable, sRGB with straight alpha.
+        blend, threads : as for Canvas.
+        """
+        fits = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8 and pixels.ndim == 3 and pixels.shape[2] == 4
+        if not fits or not pixels.flags.c_contiguous or not pixels.flags.writeable or 0 in pixels.shape:
+            told = f"{pixels.dtype} {pixels.shape}" if isinstance(pixels, np.ndarray) else type(pixels).__name__
+            raise InputError(f"pixels: expected a writable, contiguous (H, W, 4) array of uint8 to paint into, got {told}")
+        check_size((pixels.shape[1], pixels.shape[0]))
+        canvas = cls.__new__(cls)
+        canvas.pixels = pixels
+        canvas._set_up(blend, threads)
+        return canvas
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    def _target(self, is_opaque: bool) -> tuple[str, NDArray[Any]]:
+        """Return the kind of painting and the array that its kernels write."""
+        return ("opaque", self.pixels.view(np.int32)[..., 0]) if is_opaque else (self.blend, self.pixels)
+
+    def triangles(
+        self, vertices: ArrayLike, colors: Any, *, algorithm: str = "half-space", rule: str | OffscreenPoint = "top-left",
+        cull: str = "none", subpixel_bits: int = 8, nonfinite: str = "error",
+    ) -> None:  # fmt: skip
+        """Paint triangles in order, each in one colour.
+
+        Parameters
+        ----------
+        vertices : (N, 3, 2) corners (x, y) in pixels, y down, within 2^24 pixels.
+        colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
+        algorithm : "half-space", "homogeneous", "edge-walk", "warnock" or "micropolygon"; a sweep does not keep the order.
+        rule, cull, subpixel_bits, nonfinite : as for `rasterize`.
+        """
+        bits = check_subpixel_bits(subpixel_bits)
+        if algorithm not in ALGORITHMS:
+            raise unknown_name("algorithm", algorithm, ALGORITHMS)
+        painter = PAINTERS.get("half-space" if algorithm == "homogeneous" else algorithm)
+        if painter is None:
+            raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
+        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
+        corners = check_screen_triangles(vertices, nonfinite)
+        codes = to_codes(colors, len(corners))
+        screen = screen_triangles(corners, bits)
+        screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
+        kind, target = self._target(bool((codes[..., 3] == 255).all()))
+        run_kernel(painter[kind], target, screen, sampling, self.threads)
+
+    def polygon(
+        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", subpixel_bits: int = 8
+    ) -> None:
+        """Paint one polygon: convex, concave, with holes, or crossing itself.
+
+        Parameters
+        ----------
+        rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
+        color : any colour.
+        fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
+        algorithm : "scanline", with an edge table and an active edge list, or "parity", which counts edges at every sample of
+            the box. The pixels are the same.
+        subpixel_bits : points are snapped to 1/2^s pixel.
+        """
+        if fill_rule not in FILL_RULES:
+            raise unknown_name("fill rule", fill_rule, FILL_RULES)
+        if algorithm not in FILLS:
+            raise unknown_name("algorithm", algorithm, FILLS)
+        bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
+        xy, starts = snap_rings(rings, bits)
+        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+        kind, target = self._target(int(code[3]) == 255)
+        value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
+        if algorithm == "parity":
+            PARITY[kind](target, xy, starts, rule, value, sampling)
+        else:
+            drawn = to_trapezoids(xy, starts, rule, value, sampling)
+            run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+
+    def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
+        """Paint segments one pixel wide.
+
+        Parameters
+        ----------
+        segments : (N, 2, 2) ends (x, y) in pixels, within 2^24 pixels.
+        colors : one colour for all, or (N, 3) or (N, 4).
+        algorithm : "midpoint", "dda" and "symmetric" go from the pixel of one end to that of the other, both included. On a tie
+            midpoint does not step, dda rounds halves up, and symmetric draws the midpoint line from the end with the lower
+            (y, x). "diamond-exit" takes ends between pixels and leaves out the last pixel, so that lines that follow each other
+            touch each pixel once.
+        """
+        if algorithm not in LINES:
+            raise unknown_name("algorithm", algorithm, LINES)
+        ends = check_points(segments, (2, 2), "segments")
+        codes = to_codes(colors, len(ends))
+        scale = 1 << LINE_BITS if algorithm == "diamond-exit" else 1
+        steps = np.rint(ends * scale) if scale > 1 else np.floor(ends)
+        kind, target = self._target(bool((codes[..., 3] == 255).all()))
+        values = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64)
+        SEGMENTS[kind](target, steps.astype(np.int64).reshape(-1, 4), values, LINES[algorithm], LINE_BITS)
+
+    def polyline(self, points: ArrayLike, color: Any, *, closed: bool = False) -> None:
+        """Paint a line through (M, 2) points that touches no pixel of a corner twice; see "diamond-exit" of `lines`."""
+        chain = check_points(points, (2,), "points")
+        if check_flag("closed", closed) and len(chain):
+            chain = np.concatenate([chain, chain[:1]])
+        if len(chain) > 1:
+            self.lines(np.stack([chain[:-1], chain[1:]], axis=1), to_codes(color), algorithm="diamond-exit")
+
+    def points(self, xy: ArrayLike, colors: Any, *, size: float = 1.0, shape: str = "square") -> None:
+        """Paint points.
+
+        Parameters
+        ----------
+        xy : (N, 2) in pixels, within 2^24 pixels.
+        colors : one colour for all, or (N, 3) or (N, 4).
+        size : side or diameter in pixels; a square of size 1 is always one pixel.
+        shape : "square" or "disc"; a pixel is painted if its centre lies in it.
+        """
+        if shape not in ("square", "disc"):
+            raise unknown_name("shape", shape, ("square", "disc"))
+        centres = check_points(xy, (2,), "xy")
+        if isinstance(size, bool) or not isinstance(size, (int, float, np.integer, np.floating)) or not 0 < size <= 1 << 18:
+            raise InputError(f"size = {size!r}: must be a number of pixels above 0 and at most {1 << 18}")
+        codes = np.broadcast_to(to_codes(colors, len(centres)), (len(centres), 4))
+        half = float(size) / 2
+        count = 4 if shape == "square" else max(12, 4 * int(np.ceil(np.sqrt(half) * 4)))
+        angle = (np.arange(count) + (0.5 if shape == "square" else 0.0)) * (2 * np.pi / count)
+        rim = np.stack([np.cos(angle), np.sin(angle)], axis=1) * (half * np.sqrt(2.0) if shape == "square" else half)
+        fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+        corners = (centres[:, None] + rim)[:, fan].reshape(-1, 3, 2)
+        self.triangles(corners, np.repeat(codes, count - 2, axis=0))
+
+    def flood_fill(
+        self, x: int, y: int, color: Any, *, connectivity: int = 4, tolerance: int = 0, border: Any = None
+    ) -> dict[str, int]:
+        """Fill from a seed all pixels that are joined to it and have its colour.
+
+        Parameters
+        ----------
+        x, y : the seed, a pixel.
+        color : any colour; it replaces what was there where it is opaque.
+        connectivity : 4 neighbours share a side, 8 a side or a corner.
+        tolerance : how far each of red, green, blue and alpha may differ from the seed's, 0 to 255.
+        border : None, or a colour up to which is filled, whatever lies inside.
+
+        Returns
+        -------
+        dict : pixels filled, pixels looked at, and spans.
+        """
+        x, y = check_integer("x", x, 0, self.size[0] - 1), check_integer("y", y, 0, self.size[1] - 1)
+        if connectivity not in (4, 8):
+            raise InputError(f"connectivity = {connectivity!r}: must be 4 or 8")
+        limit, code = check_integer("tolerance", tolerance, 0, 255), to_codes(color)
+        alike = self.pixels[y, x].copy() if border is None else to_codes(border)
+        filled, counters = np.zeros(self.pixels.shape[:2], bool), np.zeros(3, np.int64)
+        flood_kernel(self.pixels, filled, x, y, alike, limit, border is not None, connectivity == 8, counters)
+        if int(code[3]) == 255:
+            self.pixels[filled] = code
+        else:
+            rows, columns = np.nonzero(filled)
+            segments = np.stack([columns, rows, columns, rows], axis=1).astype(np.int64)
+            SEGMENTS[self.blend](self.pixels, segments, np.full(len(rows), float(pack_colors(code))), MIDPOINT, LINE_BITS)
+        return dict(zip(("filled", "looked_at", "spans"), counters.tolist(), strict=True))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the pixels to a .png, .jpg, .ppm or .npy file."""
+        write_image(path, self.pixels)
+
+    def _repr_png_(self) -> bytes:
+        """Show the canvas in a notebook."""
+        return png_bytes(self.pixels)
+
+    def __repr__(self) -> str:
+        return f"Canvas({self.size[0]}, {self.size[1]})"
+
+
+def to_codes(colors: Any, count: int | None = None) -> UInt8Array:
+    """Return colours as (4,) or (N, 4) uint8; N must be `count`, and there is only one where that is None."""
+    is_single = isinstance(colors, str) or count is None or np.ndim(colors) == 1
+    if is_single:
+        return np.rint(parse_color(colors) * 255.0).astype(np.uint8)
+    found = as_colors(colors, (count,) if count is not None else (), "colors")
+    return found if found.dtype == np.uint8 else np.rint(found.astype(np.float64) * 255.0).astype(np.uint8)
+
+
+def check_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:
+    """Return (N, *shape) float64 coordinates, finite and within 2^24 pixels."""
+    array = as_array(values, name)
+    if array.size == 0:
+        return np.empty((0, *shape))
+    if array.shape[1:] != shape or array.dtype.kind not in "iuf":
+        raise InputError(
+            f"{name}: expected numbers of shape (N, {', '.join(map(str, shape))}), got {array.dtype} {array.shape}"
+        )
+    points = np.ascontiguousarray(array, np.float64)
+    bad = ~(np.abs(points) <= MAX_COORDINATE)
+    if bad.any():
+        row = int(np.argwhere(bad)[0][0])
+        raise InputError(f"{name}[{row}] = {points[row].tolist()}: expected finite numbers within {MAX_COORDINATE} pixels")
+    return points
+
+
+def snap_rings(rings: Any, subpixel_bits: int) -> tuple[Int64Array, NDArray[np.int32]]:
+    """Return the points of rings in sub-pixels, (V, 2), and where each starts, (R + 1,); those of under 3 are left out."""
+    try:
+        is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
+    except (TypeError, ValueError, IndexError):
+        raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
+    kept = []
+    for number, ring in enumerate([rings] if is_single else rings):
+        points = check_points(ring, (2,), "rings" if is_single else f"rings[{number}]")
+        if len(points) > 1 and (points[0] == points[-1]).all():
+            points = points[:-1]
+        if len(points) > 2:
+            kept.append(np.rint(points * float(1 << subpixel_bits)).astype(np.int64))
+    starts = np.cumsum([0, *(len(ring) for ring in kept)]).astype(np.int32)
+    return np.concatenate([np.empty((0, 2), np.int64), *kept]), starts
+
+
+def to_trapezoids(
+    xy: Int64Array, starts: NDArray[np.int32], fill_rule: int, value: float, sampling: Sampling
+) -> ScreenTriangles:
+    """Return a polygon as outlines that all have one depth, which is its colour."""
+    whole = np.array([0, len(starts) - 1], np.int32)
+    _, sides, limits = cut_trapezoids(xy, starts, whole, fill_rule, sampling)
+    count = len(sides)
+    lines, box = np.zeros((count, 3, 4), np.int64), np.zeros((count, 7), np.int64)
+    lines[:, 1:], box[:, :4] = sides, limits
+    planes = np.tile([value, 0.0, 0.0, -np.inf, np.inf], (count, 1))
+    fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32), "lines": lines, "limits": box, "planes": planes}
+    zeros = np.zeros(count, np.int32)
+    return ScreenTriangles(
+        xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),
+        source=zeros, piece=zeros - 1, weights=np.empty((0, 3, 3)), inner=np.zeros(count, np.uint8), **fields,
+    )  # fmt: skip

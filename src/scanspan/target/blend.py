@@ -1,0 +1,77 @@
+"""Blending: a colour laid over a pixel, in linear light or in sRGB values; and the writers that paint pixels.
+
+A canvas is painted in order: what comes later lies over what was there, and nothing is hidden by depth. So a writer that paints
+needs a colour where others need a depth, and gets it there: a colour packed into 32 bits is a whole number that a float64 holds
+exactly, and the depth of a triangle whose corners are all equally deep is that depth in every sample. Setup, traversals and
+trapezoids serve painting without knowing it.
+
+Source: T. Porter and T. Duff, Compositing Digital Images, 1984 (over).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scanspan.jit import helper_kernel
+from scanspan.records import Int32Array, Integer, UInt8Array
+from scanspan.shade.color import LINEAR_FROM_SRGB8, STARTS, THRESHOLDS
+from scanspan.shade.srgb import encode_value
+
+LINEAR = np.ascontiguousarray(LINEAR_FROM_SRGB8, np.float32)
+ONE, ZERO = np.float32(1.0), np.float32(0.0)
+
+
+@helper_kernel
+def blend_channel(over: Integer, under: Integer, share: np.float32, rest: np.float32, is_linear: int) -> int:
+    """Return the 8-bit code of a channel, `share` of it the colour above and `rest` the one below.
+
+    Units   over, under: codes; share, rest: float32 that add up to 1.
+    """
+    if is_linear == 1:
+        return encode_value(LINEAR[over] * share + LINEAR[under] * rest, THRESHOLDS, STARTS)
+    return int(np.float32(over) * share + np.float32(under) * rest + np.float32(0.5))
+
+
+@helper_kernel
+def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_linear: int) -> None:
+    """Lay a colour over pixel q of a row, as much of it as is covered.
+
+    Shapes  row: (n, 4) uint8, sRGB with straight alpha; color: packed as by `pack_colors`.
+    Units   cover: float32, 0..1.
+    """
+    alpha = np.float32(color >> 24 & 255) / np.float32(255.0) * cover
+    behind = np.float32(row[q, 3]) / np.float32(255.0) * (ONE - alpha)
+    total = alpha + behind
+    if total > ZERO:
+        share = alpha / total
+        for k in range(3):
+            row[q, k] = blend_channel(color >> (8 * k) & 255, np.int64(row[q, k]), share, ONE - share, is_linear)
+        row[q, 3] = int(total * np.float32(255.0) + np.float32(0.5))
+
+
+@helper_kernel
+def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
+    """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits."""
+    color = np.int64(depth)
+    row[q] = np.int32(color - (color >> 31 << 32)) if inside else row[q]
+
+
+@helper_kernel
+def write_sample_linear(row: UInt8Array, q: int, inside: bool, depth: float, number: Integer) -> None:
+    """Blend a colour, packed into the depth, into a row of pixels in linear light."""
+    if inside:
+        blend_over(row, q, np.int64(depth), ONE, 1)
+
+
+@helper_kernel
+def write_sample_srgb(row: UInt8Array, q: int, inside: bool, depth: float, number: Integer) -> None:
+    """Blend a colour, packed into the depth, into a row of pixels in sRGB values."""
+    if inside:
+        blend_over(row, q, np.int64(depth), ONE, 0)
+
+
+def pack_colors(colors: UInt8Array) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Return (..., 4) uint8 colours as whole numbers of 32 bits, red lowest, in float64 as depths are."""
+    weights = np.array([1.0, 256.0, 65536.0, 16777216.0])
+    packed: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = (colors.astype(np.float64) * weights).sum(axis=-1)
+    return packed

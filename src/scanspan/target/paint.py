@@ -1,0 +1,168 @@
+"""Painting: the traversals of raster/ joined with the writers that lay colours over pixels, in the order in which things come.
+
+Source: the painter's algorithm, as in the lectures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from scanspan.jit import kernel
+from scanspan.raster.edge_walk import edge_walk
+from scanspan.raster.half_space import half_space, visit_rows
+from scanspan.raster.micropolygon import micropolygon
+from scanspan.raster.parity import parity_fill
+from scanspan.raster.segment import draw_segments
+from scanspan.raster.setup import keep_sample
+from scanspan.raster.warnock import HIDES_NOTHING, warnock
+from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.target.blend import write_sample_linear, write_sample_paint, write_sample_srgb
+
+
+@kernel
+def half_space_opaque(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Half-space into (H, W) pixels of 32 bits."""
+    half_space(visit_rows, write_sample_paint, keep_sample, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def half_space_linear(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Half-space into (H, W, 4) pixels, in linear light."""
+    half_space(visit_rows, write_sample_linear, keep_sample, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def half_space_srgb(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Half-space into (H, W, 4) pixels, in sRGB values."""
+    half_space(visit_rows, write_sample_srgb, keep_sample, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def edge_walk_opaque(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Edge walking into (H, W) pixels of 32 bits."""
+    edge_walk(write_sample_paint, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def edge_walk_linear(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Edge walking into (H, W, 4) pixels, in linear light."""
+    edge_walk(write_sample_linear, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def edge_walk_srgb(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Edge walking into (H, W, 4) pixels, in sRGB values."""
+    edge_walk(write_sample_srgb, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def warnock_opaque(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Warnock into (H, W) pixels of 32 bits."""
+    warnock(write_sample_paint, keep_sample, HIDES_NOTHING, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def warnock_linear(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Warnock into (H, W, 4) pixels, in linear light."""
+    warnock(write_sample_linear, keep_sample, HIDES_NOTHING, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def warnock_srgb(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Warnock into (H, W, 4) pixels, in sRGB values."""
+    warnock(write_sample_srgb, keep_sample, HIDES_NOTHING, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def micropolygon_opaque(
+    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Micropolygons into (H, W) pixels of 32 bits."""
+    micropolygon(write_sample_paint, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def micropolygon_linear(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Micropolygons into (H, W, 4) pixels, in linear light."""
+    micropolygon(write_sample_linear, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def micropolygon_srgb(
+    target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Micropolygons into (H, W, 4) pixels, in sRGB values."""
+    micropolygon(write_sample_srgb, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def segments_opaque(target: Int32Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+    """Segments into (H, W) pixels of 32 bits."""
+    draw_segments(write_sample_paint, target, segments, values, rule, subpixel_bits)
+
+
+@kernel
+def segments_linear(target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+    """Segments into (H, W, 4) pixels, in linear light."""
+    draw_segments(write_sample_linear, target, segments, values, rule, subpixel_bits)
+
+
+@kernel
+def segments_srgb(target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+    """Segments into (H, W, 4) pixels, in sRGB values."""
+    draw_segments(write_sample_srgb, target, segments, values, rule, subpixel_bits)
+
+
+@kernel
+def parity_opaque(
+    target: Int32Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int, value: float, sampling: Sampling
+) -> None:
+    """Parity fill into (H, W) pixels of 32 bits."""
+    parity_fill(write_sample_paint, target, xy, ring_starts, fill_rule, value, sampling)
+
+
+@kernel
+def parity_linear(
+    target: UInt8Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int, value: float, sampling: Sampling
+) -> None:
+    """Parity fill into (H, W, 4) pixels, in linear light."""
+    parity_fill(write_sample_linear, target, xy, ring_starts, fill_rule, value, sampling)
+
+
+@kernel
+def parity_srgb(
+    target: UInt8Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int, value: float, sampling: Sampling
+) -> None:
+    """Parity fill into (H, W, 4) pixels, in sRGB values."""
+    parity_fill(write_sample_srgb, target, xy, ring_starts, fill_rule, value, sampling)
+
+
+# By algorithm and by what is done to a pixel: replaced, or blended in linear light or in sRGB values.
+PAINTERS: dict[str, dict[str, Callable[..., None]]] = {
+    "half-space": {"opaque": half_space_opaque, "linear": half_space_linear, "srgb": half_space_srgb},
+    "edge-walk": {"opaque": edge_walk_opaque, "linear": edge_walk_linear, "srgb": edge_walk_srgb},
+    "warnock": {"opaque": warnock_opaque, "linear": warnock_linear, "srgb": warnock_srgb},
+    "micropolygon": {"opaque": micropolygon_opaque, "linear": micropolygon_linear, "srgb": micropolygon_srgb},
+}
+SEGMENTS: dict[str, Callable[..., None]] = {"opaque": segments_opaque, "linear": segments_linear, "srgb": segments_srgb}
+PARITY: dict[str, Callable[..., None]] = {"opaque": parity_opaque, "linear": parity_linear, "srgb": parity_srgb}
