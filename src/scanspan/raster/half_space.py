@@ -22,7 +22,7 @@ from scanspan.raster.write import write_sample_hit, write_sample_key, write_samp
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 STRIDE = np.int64(32)  # samples; 16 to 64 measure alike
-STACK = (80, 4)  # squares that an order has still to visit: three on each of 24 levels, more than a side can be halved
+STACK = (80, 5)  # squares that an order has still to visit: three on each of 24 levels, more than a side can be halved
 
 
 @helper_kernel
