@@ -133,6 +133,36 @@ def coverage(
     return inside
 
 
+def whole_pixels(
+    vertices: NDArray[Any], size: tuple[int, int], coverage: str, *, subpixel_bits: int = 8, cull: str = "none"
+) -> Booleans:
+    """Return which pixels each triangle touches, or which lie inside of it, (N, height, width): decided at their corners.
+
+    "touched": the open square meets the open triangle, so no line separates them along a side of the one or of the other.
+    "inside": all four corners of the closed square lie in the closed triangle. A triangle without area has neither.
+    """
+    points, turn = _facing_inwards(vertices, subpixel_bits)
+    drawn = (turn != 0) & (turn != {"none": 0, "back": 1, "front": -1}[cull])
+    one, (width, height) = 1 << subpixel_bits, size
+    found = np.empty((len(points), height, width), dtype=np.bool_)
+    for block in _blocks(len(points), (width + 1, height + 1)):
+        found[block] = drawn[block, None, None]
+
+        # Ask every edge about all corners of pixels: none on the inner side separates, one on the outer side lies outside.
+        for positive, zero in _edge_signs(points[block] + (one >> 1), (width + 1, height + 1), subpixel_bits):
+            fits = positive if coverage == "touched" else positive | zero
+            four = (fits[:, :-1, :-1], fits[:, :-1, 1:], fits[:, 1:, :-1], fits[:, 1:, 1:])
+            found[block] &= np.logical_or.reduce(four) if coverage == "touched" else np.logical_and.reduce(four)
+
+        # Ask the sides of the pixels about all corners of the triangle.
+        for axis, count in ((0, width), (1, height)):
+            low = np.arange(count, dtype=np.int64) * one
+            place = points[block, :, axis]
+            meets = (place.max(axis=1)[:, None] > low) & (place.min(axis=1)[:, None] < low + one)
+            found[block] &= meets[:, None, :] if axis == 0 else meets[:, :, None]
+    return found
+
+
 def samples_on_edges(vertices: NDArray[Any], size: tuple[int, int], subpixel_bits: int = 8) -> Integers:
     """Return how many samples lie on the boundary of each triangle; none for a triangle without area."""
     points, turn = _facing_inwards(vertices, subpixel_bits)

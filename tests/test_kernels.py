@@ -13,7 +13,19 @@ import scanspan as ss
 from scanspan.assets import buffers
 from scanspan.geometry import clip, project
 from scanspan.jit import cache_folder, signature_count
-from scanspan.raster import half_space
+from scanspan.raster import (
+    active_edges,
+    edge_walk,
+    half_space,
+    homogeneous_edges,
+    micropolygon,
+    order,
+    polygon,
+    scanline,
+    setup,
+    span_list,
+    warnock,
+)
 from scanspan.shade import interpolate, light, shading, wireframe
 from scanspan.target import merge, resolve, visibility
 
@@ -28,7 +40,12 @@ clip = rng.normal(size=(60, 4))
 triangles = np.arange(60).reshape(-1, 3)
 digest = hashlib.sha256()
 point = ss.OffscreenPoint(-3, 5)
-for options in ({}, {"samples": 4}, {"depth_bits": 64}, {"subpixel_bits": 16}, {"rule": point}, {"cull": "back"}):
+choices = [{}, {"samples": 4}, {"depth_bits": 64}, {"subpixel_bits": 16}, {"rule": point}, {"cull": "back"}]
+orders = ["serpentine", "tiles", "morton", "hilbert"]
+choices += [{"algorithm": name} for name in ss.ALGORITHMS] + [{"order": order} for order in orders]
+choices += [{"algorithm": "homogeneous", "order": "morton", "depth_bits": 64}, {"algorithm": "warnock", "coverage": "touched"}]
+choices += [{"coverage": "touched"}, {"coverage": "inside", "order": "hilbert"}]
+for options in choices:
     seen = ss.rasterize(clip, triangles, (24, 18), **options)
     for part in (seen.primitive, seen.depth, seen.barycentric, ss.interpolate(seen, clip)):
         digest.update(np.ascontiguousarray(part).tobytes())
@@ -74,7 +91,10 @@ def test_plain_python_gives_the_bits_of_the_compiled_kernels():
 
 def kernels():
     """All kernels of the stages, by name."""
-    modules = (buffers, clip, project, half_space, interpolate, light, shading, wireframe, merge, resolve, visibility)
+    modules = (
+        buffers, clip, project, setup, active_edges, half_space, order, homogeneous_edges, edge_walk, scanline, span_list,
+        warnock, micropolygon, polygon, interpolate, light, shading, wireframe, merge, resolve, visibility,
+    )  # fmt: skip
     found = {}
     for module in modules:
         for name, value in vars(module).items():
@@ -110,6 +130,9 @@ def test_no_kernel_is_compiled_twice_for_odd_inputs():
             seen = ss.rasterize(layout, triangles, (np.int16(8), 6))
             ss.interpolate(seen, layout)
             pictures.append(seen.primitive)
+        for name in ss.ALGORITHMS:
+            pictures.append(ss.rasterize(layout, [(0, 1, 2)], (8, 6), algorithm=name).primitive)
+        ss.rasterize(layout, [(0, 1, 2)], (8, 6), coverage="touched", order="morton")
     for layout in odd_layouts(np.array([[(0, 0), (8, 0), (0, 8.0)]])):
         ss.count(layout, (8, 6))
     assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
@@ -121,7 +144,9 @@ def test_no_kernel_is_compiled_twice_for_odd_inputs():
 def test_the_list_of_kernels_is_not_empty():
     names = kernels()
     assert "scanspan.raster.half_space.half_space_keys" in names
-    assert len(names) > 15
+    assert "scanspan.raster.homogeneous_edges.outline_kernel" in names
+    assert "scanspan.raster.setup.set_up_outlines" in names
+    assert len(names) > 60
 
 
 def test_inputs_are_not_changed():
@@ -175,13 +200,14 @@ def test_rows_are_scanned_with_vector_instructions(name, tmp_path, report):
 import llvmlite.binding as llvm, numpy as np, sys
 from scanspan.geometry.project import screen_triangles
 from scanspan.raster import half_space
+from scanspan.raster.counters import COUNTERS
 from scanspan.raster.options import make_sampling
 if not dict(llvm.get_host_cpu_features()).get("avx2"):
     print("no AVX2"); sys.exit()
 kernel = half_space.{name}
 target = np.zeros((8, 8), np.int64 if {name!r} == "half_space_keys" else np.int32)
 sampling = make_sampling((8, 8), (128, 128), rule="top-left", cull="none", subpixel_bits=8)
-kernel(target, screen_triangles(np.zeros((1, 3, 2)), 8), 0, 1, sampling)
+kernel(target, np.zeros(COUNTERS, np.int64), screen_triangles(np.zeros((1, 3, 2)), 8), 0, 1, sampling)
 lines = [line for line in kernel.inspect_asm(kernel.signatures[0]).splitlines() if line.strip()]
 wide = [line.split()[0] for line in lines if "ymm" in line or "zmm" in line]
 names = ("vpmaxsq", "vblendvpd", "vpcmpgtq", "vporq", "vpternlogq", "vpor", "vpaddd", "vpsubd")

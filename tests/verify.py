@@ -1,9 +1,11 @@
-"""Compare the coverage kernel with the exact oracle on random triangles: `python -m tests.verify --seed 1 --count 10000000`.
+"""Compare what is covered with the exact oracle on random triangles: `python -m tests.verify --seed 1 --count 10000000`.
 
 Every triangle is drawn alone into its own image of at most 64 x 64 pixels and compared in every pixel. Triangles come in
 batches that share image size, rule, culling and sub-pixel bits. A batch is drawn from (seed, batch number) alone, so that a
 counter-example is found again whatever the number of processes. Each batch also goes through `count` and `rasterize` as one
 crowded scene, and a few of its samples through the rational oracle, which checks the exact oracle itself.
+
+Then every algorithm draws scenes in every order (agreement.py), the more the more triangles are asked for.
 
 The program prints what was compared, so that "0 wrong pixels" cannot come from comparing nothing; a difference makes it exit
 with 1.
@@ -330,6 +332,22 @@ def run(seed: int, count: int, processes: int = 1, batch: int = BATCH, report: C
     return total
 
 
+def run_agreement(seed: int, tasks: list[tuple[int, int]], processes: int = 1) -> Tally:
+    """Compare all algorithms and orders with each other and with the oracle, and return the tally."""
+    from tests import agreement
+
+    total = Tally()
+    if processes <= 1:
+        for task in tasks:
+            total.merge(agreement.run_task(seed, task))
+        return total
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+        for tally in pool.map(agreement.run_task, [seed] * len(tasks), tasks, chunksize=4):
+            total.merge(tally)
+    return total
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the comparison as a program; return 0 when no pixel is wrong."""
     description = "Compare random triangles with the exact oracle."
@@ -347,12 +365,17 @@ def main(arguments: list[str] | None = None) -> int:
             seconds = time.monotonic() - started
             print(f"\r{done:,} of {options.count:,} triangles, {seconds:.0f} s", end="", file=sys.stderr, flush=True)
 
+    from tests import agreement
+
     tally = run(options.seed, options.count, options.processes, report=report)
+    tasks = agreement.plan(options.seed, options.count)
+    tally.merge(run_agreement(options.seed, tasks, options.processes))
     if sys.stderr.isatty():
         print(file=sys.stderr)
     print(tally.table())
     for text in tally.examples:
         print(f"counter-example: {text}")
+    print(agreement.summary(tasks, tally))
     seconds = time.monotonic() - started
     print(f"seed {options.seed}: {tally.triangles:,} triangles, {tally.samples:,} samples, {seconds:.0f} s")
     print(f"{tally.wrong} wrong pixels")
