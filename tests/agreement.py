@@ -4,7 +4,7 @@ A combination is a scene of the zoo, a rule, a number of samples and a grid. It 
 compared with that of half-space, rows: bit for bit, but for homogeneous rasterization of triangles that are cut, which has the
 tolerance of the contract; what shows another triangle within it is counted under "on an edge". Depth bits, culling and threads
 are chosen for each at random. A million triangles try all combinations; fewer try a part that depends on the seed. One
-random scene comes with every eight.
+random scene comes with every sixteen.
 
 Then triangles drawn alone in all ways are compared with the exact oracle, by rule and where whole pixels decide, and scenes
 where whole pixels decide are drawn in all ways that do so.
@@ -37,7 +37,7 @@ def plan(seed: int, count: int) -> list[tuple[int, int]]:
     """Return what to compare for so many triangles: pairs of a kind of task and its number, a combination's or any other."""
     cells = max(FEWEST, count // CELL)
     order = np.random.default_rng([seed, 2]).permutation(len(COMBINATIONS))[:cells].tolist()
-    scenes = range(max(len(order) // 8, cells - len(order)))
+    scenes = range(max(4, len(order) // 16, cells - len(order)))
     batches = range(max(FEWEST_ALONE, count // ALONE))
     return [(0, number) for number in order] + [(1, number) for number in scenes] + [(2, number) for number in batches]
 

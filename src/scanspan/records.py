@@ -40,7 +40,7 @@ class ScreenPolygons(NamedTuple):
     polygon_rings: Int32Array  # (P + 1,)
     fill_rule: Int64Array  # (P,)
     slot: Int32Array  # (P,) row of ScreenTriangles
-    planes: Float64Array  # (P, 5) as in ScreenTriangles
+    planes: Float64Array  # (P, 7) as in ScreenTriangles
     starts: Int64Array  # (P, 3) the last three of limits there
 
 
@@ -82,7 +82,7 @@ class ScreenTriangles(NamedTuple):
     lines: Int64Array  # (R, 3, 4) a, b, q_x, q_y: at (x, y) the edge value is a (x - q_x) + b (y - q_y); all 0 is no edge
     limits: Int64Array  # (R, 7) sub-pixels: lowest and highest x and y, both included; the point that the plane starts from;
     # and 1 where it is clockwise as seen, -1 counter-clockwise
-    planes: Float64Array  # (R, 5) depth at that point, its two slopes in a sub-pixel, and the depths that it is cut off at
+    planes: Float64Array  # (R, 7) depth at that point, its slopes in a sub-pixel, the depths it is cut off at, and those it has
     integers: Int64Array  # (R, 19) and
     floats: Float64Array  # (R, 7) the fields of the TriangleSetup of each outline; made in raster/ for one Sampling
 

@@ -302,31 +302,34 @@ def _furthest(values: Floats, starts: Indices) -> Indices:
 def _find_planes(outlines: _Outlines) -> _Planes:
     """Return the planes of all polygons.
 
-    The reference corners are a polygon's first point, the one furthest from it, and the one furthest from their line.
+    The reference corners are a polygon's lowest point in (x, y, z), the one furthest from it, and the one furthest from their
+    line. So they do not depend on where its rings begin, and equal polygons are equally deep.
     """
     points, ring_starts = outlines.points, outlines.ring_starts
     if not len(outlines.source):
         return _Planes(np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty(0, np.bool_), np.empty(0))
     starts = ring_starts[outlines.polygon_rings]
-    first, owner = starts[:-1], np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    begins, owner = starts[:-1], np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0], owner))
+    first = order[begins]
 
-    # Measure from each polygon's first point, in units of its size, so that no product overflows or vanishes.
+    # Measure from that point, in units of the polygon's size, so that no product overflows or vanishes.
     offsets = 0.5 * points - 0.5 * points[first][owner]
-    size = np.maximum.reduceat(np.abs(offsets).max(axis=1), first)
+    size = np.maximum.reduceat(np.abs(offsets).max(axis=1), begins)
     offsets /= np.where(size > 0, size, 1.0)[owner, None]
-    extent = (np.maximum.reduceat(offsets, first) - np.minimum.reduceat(offsets, first)).max(axis=1)
+    extent = (np.maximum.reduceat(offsets, begins) - np.minimum.reduceat(offsets, begins)).max(axis=1)
 
     # Find the reference corners and their plane.
-    q = _furthest(_lengths(offsets), starts)
+    q = order[_furthest(_lengths(offsets)[order], starts)]
     across = np.cross(offsets[q][owner], offsets)
-    r = _furthest(_lengths(across), starts)
+    r = order[_furthest(_lengths(across)[order], starts)]
     twice_area = _lengths(across[r])
     has_area = twice_area > NO_AREA * extent * _lengths(offsets[q])
 
     # Take out of its normal what rounding put along the line; a thin polygon would seem bent.
     normal, along = _unit(across[r]), _unit(offsets[q])
     normal = _unit(normal - np.einsum("ij,ij->i", normal, along)[:, None] * along)
-    distance = np.maximum.reduceat(np.abs(np.einsum("ij,ij->i", offsets, normal[owner])), first)
+    distance = np.maximum.reduceat(np.abs(np.einsum("ij,ij->i", offsets, normal[owner])), begins)
 
     # Take the direction of the ring of largest area, by Newell's method.
     after = np.arange(1, len(points) + 1)

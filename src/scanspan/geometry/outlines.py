@@ -141,7 +141,8 @@ def depth_planes(xy: Int64Array, depth: Float64Array, corners: Int32Array) -> tu
 
     Returns
     -------
-    (P, 5) depth at a corner, slopes in a sub-pixel, and no cut; (P, 3) that corner's x and y, and 1 for clockwise, -1 for not.
+    (P, 7) depth at a corner, slopes in a sub-pixel, no cut and no range; (P, 3) that corner's x and y, and 1 for clockwise, -1
+    for not.
     """
     p, q, r = corners[:, 0], corners[:, 1], corners[:, 2]
     to_q, to_r = (xy[q] - xy[p]).astype(np.float64), (xy[r] - xy[p]).astype(np.float64)
@@ -152,7 +153,7 @@ def depth_planes(xy: Int64Array, depth: Float64Array, corners: Int32Array) -> tu
     slope_y = (of_r * to_q[:, 0] - of_q * to_r[:, 0]) * scale
     no_cut = np.full(len(p), np.inf)
     starts = np.concatenate([xy[p], np.sign(area).astype(np.int64)[:, None]], axis=1)
-    return np.stack([depth[p], slope_x, slope_y, -no_cut, no_cut], axis=1), starts
+    return np.stack([depth[p], slope_x, slope_y, -no_cut, no_cut, -no_cut, no_cut], axis=1), starts
 
 
 def join(

@@ -82,7 +82,7 @@ def no_outlines(count: int) -> dict[str, Array]:
         "outline": np.full(count, -1, np.int32),
         "lines": np.empty((0, 3, 4), np.int64),
         "limits": np.empty((0, 7), np.int64),
-        "planes": np.empty((0, 5)),
+        "planes": np.empty((0, 7)),
         "integers": np.empty((0, 19), np.int64),
         "floats": np.empty((0, 7)),
     }

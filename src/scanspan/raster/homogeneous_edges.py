@@ -143,11 +143,11 @@ def write_lines(
 @helper_kernel
 def write_box(
     clip: Float64Array, corners: Int32Array, codes: Integer, planes: Float64Array, middle: Float64Array,
-    polygon: Float64Array, other: Float64Array, made: UInt8Array, limits: Int64Array,
+    polygon: Float64Array, other: Float64Array, made: UInt8Array, limits: Int64Array, plane: Float64Array,
 ) -> None:  # fmt: skip
-    """Write the box of what the planes leave of a triangle; it stays empty where they leave nothing.
+    """Write the box and the range of depth of what the planes leave of a triangle; the box stays empty where that is nothing.
 
-    Shapes  polygon, other: (MAX_CORNERS, 7); made: (2, MAX_CORNERS), room to cut in; limits: row of the array of that name.
+    Shapes  polygon, other: (MAX_CORNERS, 7); made: (2, MAX_CORNERS), room to cut in; limits, plane: rows of limits and planes.
     """
     count = 3
     for i in range(3):
@@ -165,6 +165,8 @@ def write_box(
         y = snap(middle[1] - polygon[i, 1] / w * middle[1], middle[2])
         limits[0], limits[1] = x if i == 0 else min(limits[0], x), x if i == 0 else max(limits[1], x)
         limits[2], limits[3] = y if i == 0 else min(limits[2], y), y if i == 0 else max(limits[3], y)
+        depth = (w - polygon[i, 2]) / (w + w)
+        plane[5], plane[6] = depth if i == 0 else min(plane[5], depth), depth if i == 0 else max(plane[6], depth)
 
 
 @helper_kernel
@@ -230,10 +232,12 @@ def outline_kernel(
             weights[m, k, 0], weights[m, k, 1] = joins[k, 0] * scale / middle[2], joins[k, 1] * scale / middle[2]
             weights[m, k, 2] = (joins[k, 2] - (joins[k, 0] * middle[0] + joins[k, 1] * middle[1])) * scale
         if write_lines(corners[m], xy, outcodes, joins, sign, middle, lines[m]):
-            write_box(clip, corners[m], codes, cut, middle, polygon, other, made, limits[m])
+            write_box(clip, corners[m], codes, cut, middle, polygon, other, made, limits[m], planes[m])
             write_plane(corners[m], xy, depth, outcodes, points, joins, volume, middle, limits[m], planes[m])
             planes[m, 3] = 0.0 if codes & FAR_CODE else -np.inf
             planes[m, 4] = 1.0 if codes & NEAR_CODE else np.inf
+            planes[m, 5] = 0.0 if codes & FAR_CODE else planes[m, 5]
+            planes[m, 6] = 1.0 if codes & NEAR_CODE else planes[m, 6]
 
 
 def without_clipping(
@@ -254,7 +258,7 @@ def without_clipping(
     outline[crossing] = np.arange(rows, dtype=np.int32)
     limits = np.zeros((rows, 7), np.int64)
     limits[:, :4] = EMPTY_BOX
-    lines, planes, weights = np.zeros((rows, 3, 4), np.int64), np.zeros((rows, 5)), np.zeros((rows, 3, 3))
+    lines, planes, weights = np.zeros((rows, 3, 4), np.int64), np.zeros((rows, 7)), np.zeros((rows, 3, 3))
     middle = np.array([size[0] / 2, size[1] / 2, float(1 << subpixel_bits)])
     outline_kernel(clip, seen.xy, seen.depth, seen.outcodes, corners[crossing], cut, middle, lines, limits, planes, weights)
     fields = no_outlines(count) | {"outline": outline, "lines": lines, "limits": limits, "planes": planes}

@@ -398,6 +398,8 @@ def draw_polygons(
     polygons : their rings, and which rows they are.
     sampling : what the trapezoids are cut for.
     """
+    if not len(polygons.slot):
+        return triangles, np.arange(len(triangles.corners), dtype=np.int32)
     found = []
     for rule in (EVEN_ODD, NON_ZERO):
         under = polygons.fill_rule == rule

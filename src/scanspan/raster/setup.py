@@ -248,14 +248,14 @@ def set_up_outline(lines: Int64Array, limits: Int64Array, planes: Float64Array, 
     f0, f1 = line_start(lines, m, 0, x, y, sampling), line_start(lines, m, 1, x, y, sampling)
     f2 = line_start(lines, m, 2, x, y, sampling)
 
-    # Hold the depth of pixels to the cut, and move the cut by what depth changes from a pixel's centre to its corners.
+    # Hold the depth of pixels to the range of what is seen; move the cut by what depth changes towards a pixel's corners.
     along_x, along_y, low, high = planes[m, 1], planes[m, 2], planes[m, 3], planes[m, 4]
     depth, g1, g2 = plane_start(limits[m, 4], limits[m, 5], planes[m, 0], along_x, along_y, x_start, y_start, sampling)
     unit = np.float64(np.int64(1) << s)
     slope1, slope2 = along_x * unit, along_y * unit
     depth_low, depth_high = -np.inf, np.inf
     if sampling.coverage != SAMPLE:
-        depth_low, depth_high = low, high
+        depth_low, depth_high = planes[m, 5], planes[m, 6]
         reach = (abs(slope1) + abs(slope2)) * (0.5 if sampling.coverage == TOUCHED else -0.5)
         low, high = low - reach, high + reach
     one, none = np.int64(1), np.int64(0)
