@@ -8,6 +8,8 @@ SETUP = PYTHON="$(PYTHON)" sh scripts/setup.sh
 PYTHON =
 SEED = 1
 N = 10000
+# Processes that share the tests; each compiles kernels of its own, so more than a few do not help.
+JOBS = 2
 # More arguments for pytest, such as TESTS="tests/test_house.py -x".
 TESTS =
 
@@ -38,7 +40,7 @@ demo: .venv/.core
 	@echo "$$(pwd)/demo.png"
 
 test: .venv/.dev
-	@$(RUN) -m pytest $(TESTS)
+	@$(RUN) -m pytest -n $(JOBS) --dist loadfile $(TESTS)
 
 verify: .venv/.dev
 	@$(RUN) -m tests.verify --seed $(SEED) --count $(N)

@@ -50,7 +50,7 @@ def test_algorithms_says_that_all_are_identical(run):
 def test_algorithms_notices_a_difference(run, monkeypatch):
     from scanspan.raster import algorithms
 
-    monkeypatch.setitem(algorithms.KERNELS, "edge-walk", {"rows": {"keys": lambda *arguments: None}})
+    monkeypatch.setitem(algorithms.KERNELS, "edge-walk", {"rows": dict.fromkeys(algorithms.KINDS, lambda *arguments: None)})
     code, out, _ = run("algorithms", "model.obj", "--size", "64x48", "--repeats", "1")
     assert code == 1
     assert "DIFFERENT" in out

@@ -191,7 +191,7 @@ def test_nothing_draws_nothing():
     assert seen.primitive.tolist() == [[-1] * 3] * 2
     assert np.isneginf(seen.depth).all()
     assert seen.barycentric.shape == (2, 3, 3)
-    assert seen.counters == {"triangles": 0, "cut": 0, "outside": 0, "drawn": 0}
+    assert set(seen.counters.values()) == {0}
     assert ss.count([], (3, 2)).tolist() == [[0] * 3] * 2
 
 

@@ -54,7 +54,8 @@ def flood_kernel(
     Shapes  pixels: (H, W, k) uint8; filled: (H, W) bool, False at first, True where the fill has been; color: (k,) the
             seed's, or the border's; counters: (3,), added to: pixels filled, pixels looked at, spans.
     Needs   the seed lies in the image.
-    Cost    O(pixels filled): each is looked at some three times.
+    Cost    O(pixels filled). One that is filled is looked at three times at most, one that is not four times; with
+            diagonal, five and six times.
     """
     height, width = filled.shape
     reach = 1 if diagonal else 0
@@ -75,7 +76,7 @@ def flood_kernel(
                 start -= 1
             while end + 1 < width and is_open(pixels, filled, end + 1, row, color, tolerance, to_border):
                 end += 1
-            counters[1] += end - start + 1
+            counters[1] += end - start + (1 if start > 0 else 0) + (1 if end + 1 < width else 0)
 
             # Fill it, and look above and below it later.
             for k in range(start, end + 1):

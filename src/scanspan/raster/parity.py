@@ -46,6 +46,8 @@ def parity_fill(
     x_end = min(((high_x - sampling.sample_x) >> s) + 1, sampling.x_end)
     y_start = max(first_sample(low_y, sampling.sample_y, s), sampling.y_start)
     y_end = min(((high_y - sampling.sample_y) >> s) + 1, sampling.y_end)
+    if x_start >= x_end:
+        return
     f, a, turn = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
     for j in range(y_start, y_end):
         # Take the edges that cross the row, each turned so that its value grows to the right.

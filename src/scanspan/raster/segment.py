@@ -125,7 +125,7 @@ def walk_diamonds(
 
     # At each, the first pixel border that is not before the line, by the machinery of edges; the pixel before it is the one.
     a, b = size_of(along), -aside if along >= 0 else aside
-    at_border = is_steep or aside * along <= 0
+    at_border = is_steep or (aside >= 0 if along <= 0 else aside <= 0)
     high_part, low_part = product_halves(a, b, -start_minor, (first << s) + half - start)
     f = edge_start(high_part, low_part, np.int64(0 if at_border else -1), s)
     border, rest, step, step_rest = start_crossing(f, a, b)

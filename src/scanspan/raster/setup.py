@@ -97,6 +97,14 @@ def pixels_between(
 
 
 @helper_kernel
+def line_bias(a: Integer, b: Integer, q_x: Integer, q_y: Integer, is_inner: bool, sampling: Sampling) -> Integer:
+    """Return the bias of an edge: by the rule where samples decide, by its reach where whole pixels do."""
+    if sampling.coverage != SAMPLE:
+        return pixel_bias(a, b, sampling.coverage, sampling.subpixel_bits)
+    return edge_bias(a, b, q_x, q_y, is_inner, sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w)
+
+
+@helper_kernel
 def set_up_triangle(
     p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer,
     p_depth: float, q_depth: float, r_depth: float, inner: Integer, sampling: Sampling,
@@ -143,17 +151,12 @@ def set_up_triangle(
 
     # Form the three edges, each opposite the corner whose weight it gives.
     a0, b0, a1, b1, a2, b2 = q_y - r_y, r_x - q_x, r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
-    rule, rule_x, rule_y, rule_w = sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w
-    bias0 = edge_bias(a0, b0, q_x, q_y, inner_p != 0, rule, rule_x, rule_y, rule_w)
-    bias1 = edge_bias(a1, b1, r_x, r_y, inner_q != 0, rule, rule_x, rule_y, rule_w)
-    bias2 = edge_bias(a2, b2, p_x, p_y, inner_r != 0, rule, rule_x, rule_y, rule_w)
-    if sampling.coverage != SAMPLE:
-        bias0, bias1 = pixel_bias(a0, b0, sampling.coverage, s), pixel_bias(a1, b1, sampling.coverage, s)
-        bias2 = pixel_bias(a2, b2, sampling.coverage, s)
+    bias0 = line_bias(a0, b0, q_x, q_y, inner_p != 0, sampling)
+    bias1 = line_bias(a1, b1, r_x, r_y, inner_q != 0, sampling)
+    bias2 = line_bias(a2, b2, p_x, p_y, inner_r != 0, sampling)
 
     # Evaluate them at the first sample of the box, exactly.
-    x = (x_start << s) + sampling.sample_x
-    y = (y_start << s) + sampling.sample_y
+    x, y = (x_start << s) + sampling.sample_x, (y_start << s) + sampling.sample_y
     high0, low0 = product_halves(a0, b0, x - q_x, y - q_y)
     high1, low1 = product_halves(a1, b1, x - r_x, y - r_y)
     high2, low2 = product_halves(a2, b2, x - p_x, y - p_y)
@@ -163,9 +166,7 @@ def set_up_triangle(
 
     # Express depth by the last two edges; what flooring and the bias took from them goes into the constant.
     scale = 1.0 / halves_float(area_high, area_low)
-    depth = p_depth
-    slope1 = (q_depth - depth) * scale
-    slope2 = (r_depth - depth) * scale
+    depth, slope1, slope2 = p_depth, (q_depth - p_depth) * scale, (r_depth - p_depth) * scale
     unit = np.float64(np.int64(1) << s)
     limit = np.int64(1) << (HIGH_LIMIT_BITS + s)
     if max(abs(high1), abs(high2)) < limit:
@@ -185,12 +186,18 @@ def set_up_triangle(
         depth, g1, g2 = plane_start(p_x, p_y, depth, along_x, along_y, x_start, y_start, sampling)
         g1_x, g1_y, g2_x, g2_y = np.int64(1), np.int64(0), np.int64(0), np.int64(1)
         slope1, slope2 = along_x * unit, along_y * unit
-    depth_low, depth_high = min(p_depth, q_depth, r_depth), max(p_depth, q_depth, r_depth)
-    if sampling.coverage == SAMPLE:
-        depth_low, depth_high = -np.inf, np.inf
+    depth_low, depth_high = depth_range(p_depth, q_depth, r_depth, sampling)
     return TriangleSetup(x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2,
                          g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2,
                          depth_low, depth_high, -np.inf, np.inf)  # fmt: skip
+
+
+@helper_kernel
+def depth_range(p_depth: float, q_depth: float, r_depth: float, sampling: Sampling) -> tuple[float, float]:
+    """Return the range that depths are held to: that of the corners where a pixel's centre may lie outside of them."""
+    if sampling.coverage == SAMPLE:
+        return -np.inf, np.inf
+    return min(p_depth, q_depth, r_depth), max(p_depth, q_depth, r_depth)
 
 
 @helper_kernel
@@ -214,9 +221,7 @@ def line_start(lines: Int64Array, m: Integer, k: int, x: Integer, y: Integer, sa
     a, b, q_x, q_y = lines[m, k, 0], lines[m, k, 1], lines[m, k, 2], lines[m, k, 3]
     if a == 0 and b == 0:
         return np.int64(0)
-    bias = edge_bias(a, b, q_x, q_y, False, sampling.rule, sampling.rule_x, sampling.rule_y, sampling.rule_w)
-    if sampling.coverage != SAMPLE:
-        bias = pixel_bias(a, b, sampling.coverage, sampling.subpixel_bits)
+    bias = line_bias(a, b, q_x, q_y, False, sampling)
     high, low = product_halves(a, b, x - q_x, y - q_y)
     return edge_start(high, low, bias, sampling.subpixel_bits)
 

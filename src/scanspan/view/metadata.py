@@ -229,7 +229,7 @@ def describe_machine() -> Record:
 
 
 def describe_kernels() -> Record:
-    """Return where the machine code of the kernels is kept, how many there are, and how many were compiled just now."""
+    """Return where the machine code of the kernels is kept, how many are in use, and how many were compiled just now."""
     dispatchers = {
         id(value): value
         for name, module in list(sys.modules.items())
@@ -237,7 +237,8 @@ def describe_kernels() -> Record:
         for value in list(vars(module).values())
         if hasattr(value, "py_func") and hasattr(value, "stats")
     }
-    kept = [kernel.stats for kernel in dispatchers.values() if kernel.stats.cache_path]
+    loaded = [kernel.stats for kernel in dispatchers.values() if kernel.stats.cache_hits or kernel.stats.cache_misses]
+    kept = [stats for stats in loaded if stats.cache_path]
     return {
         "folder": os.path.commonpath([stats.cache_path for stats in kept]) if kept else None,
         "kernels": len(kept),
