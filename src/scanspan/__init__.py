@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scanspan.assets.shapes import Points as Points
     from scanspan.assets.shapes import Segments as Segments
     from scanspan.canvas import Canvas as Canvas
+    from scanspan.canvas import coverage as coverage
     from scanspan.errors import FormatError as FormatError
     from scanspan.errors import InputError as InputError
     from scanspan.errors import LimitError as LimitError
@@ -64,6 +65,7 @@ _HOMES = {
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "count": "pipeline",
+    "coverage": "canvas",
     "dice": "geometry.dice",
     "explain": "view.explain",
     "interpolate": "pipeline",

@@ -19,6 +19,8 @@ from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.geometry.project import no_outlines, screen_triangles
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.raster.area import AREA_BITS, area_kernel, gather_edges
+from scanspan.raster.edge_walk import edge_walk_hits
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.polygon import cut_trapezoids
@@ -28,10 +30,11 @@ from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
+from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
 
 FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
 FILLS = ("scanline", "parity")
+MODES = ("center", "area")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
@@ -136,8 +139,9 @@ class Canvas:
         run_kernel(painter[kind], target, screen, sampling, self.threads)
 
     def polygon(
-        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", subpixel_bits: int = 8
-    ) -> None:
+        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", antialias: bool = False,
+        subpixel_bits: int = 8,
+    ) -> None:  # fmt: skip
         """Paint one polygon: convex, concave, with holes, or crossing itself.
 
         Parameters
@@ -147,13 +151,18 @@ class Canvas:
         fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
         algorithm : "scanline", with an edge table and an active edge list, or "parity", which counts edges at every sample of
             the box. The pixels are the same.
-        subpixel_bits : points are snapped to 1/2^s pixel.
+        antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that.
+        subpixel_bits : points are snapped to 1/2^s pixel; to 1/65536 where it is antialiased.
         """
         if fill_rule not in FILL_RULES:
             raise unknown_name("fill rule", fill_rule, FILL_RULES)
         if algorithm not in FILLS:
             raise unknown_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
+        if check_flag("antialias", antialias):
+            cover = coverage(rings, self.size, mode="area", fill_rule=fill_rule)
+            cover_kernel(self.pixels, cover, int(pack_colors(code)), int(self.blend == "linear"))
+            return
         xy, starts = snap_rings(rings, bits)
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
         kind, target = self._target(int(code[3]) == 255)
@@ -321,3 +330,49 @@ def to_trapezoids(
         xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),
         source=zeros, piece=zeros - 1, weights=np.empty((0, 3, 3)), inner=np.zeros(count, np.uint8), **fields,
     )  # fmt: skip
+
+
+def coverage(
+    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", subpixel_bits: int = 8
+) -> NDArray[Any]:
+    """Return which pixels a polygon covers, or how much of each.
+
+    Parameters
+    ----------
+    rings : one ring, (M, 2) points in pixels, y down, or a list of rings; the closing point may be repeated.
+    size : (width, height) of the image in pixels.
+    mode : "center", whether the pixel's centre is inside, or "area", the share of the pixel that is, right to 2^-40. Polygons
+        whose edges match end to end add up to exactly 1; so values are not held to 0..1, and may miss it by 2^-40.
+    fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
+    subpixel_bits : points are snapped to 1/2^s pixel; for "area" to 1/65536.
+
+    Returns
+    -------
+    (H, W) bool, or float64 for "area".
+
+    Raises
+    ------
+    InputError : for anything that cannot be used; the message quotes it.
+
+    Examples
+    --------
+    >>> coverage([(0, 0), (2, 0), (2, 0.5), (0, 0.5)], (2, 1), mode="area")
+    array([[0.5, 0.5]])
+    """
+    if mode not in MODES:
+        raise unknown_name("mode", mode, MODES)
+    if fill_rule not in FILL_RULES:
+        raise unknown_name("fill rule", fill_rule, FILL_RULES)
+    (width, height), rule = check_size(size), FILL_RULES.index(fill_rule)
+    if width * height > MAX_PIXELS:
+        raise LimitError(f"size = ({width}, {height}): the limit is {MAX_PIXELS} pixels in all")
+    bits = check_subpixel_bits(subpixel_bits)
+    if mode == "area":
+        cover = np.empty((height, width))
+        area_kernel(gather_edges(*snap_rings(rings, int(AREA_BITS)), height), rule, cover)
+        return cover
+    xy, starts = snap_rings(rings, bits)
+    sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+    hits = np.zeros((height, width), np.int32)
+    run_kernel(edge_walk_hits, hits, to_trapezoids(xy, starts, rule, 0.0, sampling), sampling, 1)
+    return hits > 0

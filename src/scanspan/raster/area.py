@@ -208,6 +208,24 @@ def order_slab(
 
 
 @helper_kernel
+def list_heights(pieces: Int64Array, count: int, heights: Int64Array) -> int:
+    """Write the heights at which pieces begin or end, ordered and each once, and return how many there are."""
+    listed = 0
+    for k in range(2 * count):
+        height = pieces[k >> 1, TOP] if k & 1 == 0 else pieces[k >> 1, BOTTOM]
+        m = listed
+        while m > 0 and heights[m - 1] > height:
+            m -= 1
+        if m > 0 and heights[m - 1] == height:
+            continue
+        for q in range(listed, m, -1):
+            heights[q] = heights[q - 1]
+        heights[m] = height
+        listed += 1
+    return listed
+
+
+@helper_kernel
 def scan_row(
     sums: Int64Array, edges: Int64Array, pieces: Int64Array, count: int, row: Integer, fill_rule: int, heights: Int64Array,
     order: Int64Array, x: Int64Array,
@@ -216,13 +234,11 @@ def scan_row(
 
     Shapes  heights: (2 count,), order: (count,), x: (2, count), room to work in.
     """
-    for p in range(count):
-        heights[2 * p], heights[2 * p + 1] = pieces[p, TOP], pieces[p, BOTTOM]
-    marks = np.sort(heights[: 2 * count])
-    for k in range(1, 2 * count):
-        upper = marks[k - 1]
-        while upper < marks[k]:
-            listed, lower = order_slab(pieces, count, upper, marks[k], order, x)
+    marks = list_heights(pieces, count, heights)
+    for k in range(1, marks):
+        upper = heights[k - 1]
+        while upper < heights[k]:
+            listed, lower = order_slab(pieces, count, upper, heights[k], order, x)
             winding, is_inside = np.int64(0), False
             for m in range(listed):
                 p, was_inside = order[m], is_inside
@@ -231,51 +247,41 @@ def scan_row(
                 turn_piece(sums, edges, pieces, p, row, upper, int(is_inside) - int(was_inside))
             upper = lower
         for p in range(count):
-            if pieces[p, BOTTOM] == marks[k]:
-                turn_piece(sums, edges, pieces, p, row, marks[k], 0)
+            if pieces[p, BOTTOM] == heights[k]:
+                turn_piece(sums, edges, pieces, p, row, heights[k], 0)
 
 
-@helper_kernel
-def gather_edges(xy: Int64Array, ring_starts: Int32Array, height: int) -> tuple[Int64Array, Int64Array]:
-    """Return the edges that go up or down within some rows, each from its upper end, by upper end; and those ends' rows."""
-    edges, count = np.empty((xy.shape[0], EDGE_COLUMNS), np.int64), 0
-    for ring in range(ring_starts.shape[0] - 1):
-        first, last = ring_starts[ring], ring_starts[ring + 1]
-        for k in range(first, last):
-            m = k + 1 if k + 1 < last else first
-            down = np.int64(1 if xy[m, 1] > xy[k, 1] else -1)
-            a, b = (k, m) if down > 0 else (m, k)
-            if xy[a, 1] != xy[b, 1] and xy[b, 1] > 0 and xy[a, 1] < np.int64(height) << AREA_BITS:
-                edges[count, X0], edges[count, Y0], edges[count, X1], edges[count, Y1] = xy[a, 0], xy[a, 1], xy[b, 0], xy[b, 1]
-                edges[count, DOWN] = down
-                count += 1
-    order = np.argsort(edges[:count, Y0], kind="mergesort")
-    sorted_edges = np.empty((count, EDGE_COLUMNS), np.int64)
-    for k in range(count):
-        sorted_edges[k] = edges[order[k]]
-    return sorted_edges, sorted_edges[:, Y0] >> AREA_BITS
+def gather_edges(xy: Int64Array, ring_starts: Int32Array, height: int) -> Int64Array:
+    """Return the edges that go up or down within some rows, each from its upper end, ordered by it: (N, EDGE_COLUMNS)."""
+    after = np.arange(1, len(xy) + 1)
+    after[ring_starts[1:] - 1] = ring_starts[:-1]
+    goes_down = (xy[after, 1] > xy[:, 1])[:, None]
+    upper, lower = np.where(goes_down, xy, xy[after]), np.where(goes_down, xy[after], xy)
+    edges = np.concatenate([upper, lower, np.where(goes_down, 1, -1)], axis=1)
+    within = (edges[:, Y0] < edges[:, Y1]) & (edges[:, Y1] > 0) & (edges[:, Y0] < height << int(AREA_BITS))
+    kept = edges[within]
+    return np.ascontiguousarray(kept[np.argsort(kept[:, Y0], kind="stable")], np.int64)
 
 
 @kernel
-def area_kernel(xy: Int64Array, ring_starts: Int32Array, fill_rule: int, out: Float64Array) -> None:
+def area_kernel(edges: Int64Array, fill_rule: int, out: Float64Array) -> None:
     """Write how much of each pixel a polygon covers.
 
-    Shapes  xy: (V, 2); ring_starts: (R + 1,); out: (H, W) float64, 0 to 1 but for 2^-40.
-    Units   xy in sub-pixels of AREA_BITS bits.
+    Shapes  edges: (N, EDGE_COLUMNS), from gather_edges; out: (H, W) float64, 0 to 1 but for 2^-40.
+    Units   corners in sub-pixels of AREA_BITS bits.
     Rule    fill_rule, one of polygon.py.
     Needs   corners within 2^24 px, sides within 2^18 px.
     Cost    O(pixels + pixels along the edges), and in each row O(pieces squared) comparisons.
     Source  font-rs and stb_truetype for the running sum.
     """
     height, width = out.shape
-    edges, starts = gather_edges(xy, ring_starts, height)
     total, listed, following = edges.shape[0], 0, 0
     active, sums = np.empty(total, np.int64), np.zeros(width + 2, np.int64)
     pieces, heights = np.empty((2 * total, PIECE_COLUMNS), np.int64), np.empty(4 * total, np.int64)
     order, x = np.empty(2 * total, np.int64), np.empty((2, 2 * total), np.int64)
     for row in range(height):
         # Insert the edges that start, and take out those that have ended.
-        while following < total and starts[following] <= row:
+        while following < total and edges[following, Y0] >> AREA_BITS <= row:
             active[listed] = following
             listed += 1
             following += 1
@@ -293,7 +299,8 @@ def area_kernel(xy: Int64Array, ring_starts: Int32Array, fill_rule: int, out: Fl
             for i in range(width):
                 out[row, i] = 0.0
             continue
-        sums[:] = 0
+        for i in range(width + 2):
+            sums[i] = 0
         scan_row(sums, edges, pieces, count, np.int64(row), fill_rule, heights, order, x)
         cover = np.int64(0)
         for i in range(width):

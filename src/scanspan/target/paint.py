@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from scanspan.jit import kernel
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.half_space import half_space, visit_rows
@@ -16,7 +18,7 @@ from scanspan.raster.segment import draw_segments
 from scanspan.raster.setup import keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
 from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
-from scanspan.target.blend import write_sample_linear, write_sample_paint, write_sample_srgb
+from scanspan.target.blend import blend_over, write_sample_linear, write_sample_paint, write_sample_srgb
 
 
 @kernel
@@ -155,6 +157,19 @@ def parity_srgb(
 ) -> None:
     """Parity fill into (H, W, 4) pixels, in sRGB values."""
     parity_fill(write_sample_srgb, target, xy, ring_starts, fill_rule, value, sampling)
+
+
+@kernel
+def cover_kernel(target: UInt8Array, cover: Float64Array, color: int, is_linear: int) -> None:
+    """Lay a colour over pixels as far as each is covered.
+
+    Shapes  target: (H, W, 4) uint8; cover: (H, W), 0 to 1; color: packed as by pack_colors.
+    """
+    for y in range(target.shape[0]):
+        row = target[y]
+        for x in range(target.shape[1]):
+            if cover[y, x] > 0.0:
+                blend_over(row, x, color, np.float32(min(cover[y, x], 1.0)), is_linear)
 
 
 # By algorithm and by what is done to a pixel: replaced, or blended in linear light or in sRGB values.
