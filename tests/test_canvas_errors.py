@@ -133,3 +133,39 @@ def test_arrays_that_cannot_be_painted_into(pixels: Any, told: str) -> None:
     with pytest.raises(ss.InputError) as caught:
         ss.Canvas.from_array(pixels)
     assert str(caught.value) == f"pixels: expected a writable, contiguous (H, W, 4) array of uint8 to paint into, got {told}"
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "options", "message"),
+    [
+        ("triangles", (TRIANGLE, "red"), {"algorithm": ["warnock"]}, "unknown algorithm ['warnock']"),
+        ("lines", (SEGMENT, "red"), {"algorithm": {}}, "unknown algorithm {}"),
+        ("polygon", (RING, "red"), {"algorithm": np.zeros(2)}, "unknown algorithm array([0., 0.])"),
+        ("polygon", (RING, "red"), {"fill_rule": np.zeros(2)}, "unknown fill rule array([0., 0.])"),
+        ("points", ([(1, 2)], "red"), {"shape": np.zeros(2)}, "unknown shape array([0., 0.])"),
+        ("flood_fill", (0, 0, "red"), {"connectivity": np.array([4, 8])}, "connectivity = array([4, 8]): must be 4 or 8"),
+        ("flood_fill", (0, 0, "red"), {"connectivity": 4.0}, "connectivity = 4.0: must be 4 or 8"),
+        ("polygon", ({"outer": RING}, "red"), {}, "rings: expected one ring, (M, 2) points, or a list of rings"),
+        ("triangles", (TRIANGLE * 2, [(1, 2, 3), (1, 2, 3, 4)]), {}, "colors: expected an array of numbers, setting an"),
+        ("triangles", (TRIANGLE, []), {}, f"[] is no colour: {COLOR_HINT}"),
+        ("triangles", (TRIANGLE * 2, ["red", "blue"]), {}, f"['red', 'blue'] is no colour: {COLOR_HINT}"),
+    ],
+)  # fmt: skip
+def test_things_of_another_kind_are_quoted_too(name: str, arguments: Any, options: Any, message: str) -> None:
+    canvas = ss.Canvas(4, 3)
+    with pytest.raises(ss.InputError) as caught:
+        getattr(canvas, name)(*arguments, **options)
+    assert str(caught.value).startswith(message)
+    assert (canvas.pixels == 255).all()
+
+
+def test_points_at_the_limit_and_no_colours_for_nothing_are_no_errors() -> None:
+    canvas = ss.Canvas(4, 3)
+    for shape in ("square", "disc"):
+        canvas.points([(1 << 24, 0), (0, -(1 << 24))], [(255, 0, 0), (0, 0, 255)], size=1 << 18, shape=shape)
+    canvas.triangles([], [])
+    canvas.points([], [], shape="disc")
+    canvas.lines([], [])
+    assert (canvas.pixels == 255).all()
+    canvas.points([(1 << 24, 0), (1.5, 1.5)], [(255, 0, 0), (0, 0, 255)])
+    assert canvas.pixels[1, 1].tolist() == [0, 0, 255, 255]

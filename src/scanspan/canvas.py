@@ -6,6 +6,7 @@ pixels whose centres they own, by the top-left rule, so neighbours neither overl
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike
 from typing import Any
 
@@ -39,6 +40,7 @@ LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
 LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
+SQUARE = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 
 
 class Canvas:
@@ -79,8 +81,7 @@ class Canvas:
 
     def _set_up(self, blend: str, threads: int | None) -> None:
         """Check and keep how to paint."""
-        if blend not in BLENDS:
-            raise unknown_name("blend", blend, BLENDS)
+        check_name("blend", blend, BLENDS)
         self.blend, self.threads = blend, check_threads(threads)
 
     @classmethod
@@ -125,8 +126,7 @@ class Canvas:
         rule, cull, subpixel_bits, nonfinite : as for `rasterize`.
         """
         bits = check_subpixel_bits(subpixel_bits)
-        if algorithm not in ALGORITHMS:
-            raise unknown_name("algorithm", algorithm, ALGORITHMS)
+        check_name("algorithm", algorithm, ALGORITHMS)
         painter = PAINTERS.get("half-space" if algorithm == "homogeneous" else algorithm)
         if painter is None:
             raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
@@ -154,10 +154,8 @@ class Canvas:
         antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that.
         subpixel_bits : points are snapped to 1/2^s pixel; to 1/65536 where it is antialiased.
         """
-        if fill_rule not in FILL_RULES:
-            raise unknown_name("fill rule", fill_rule, FILL_RULES)
-        if algorithm not in FILLS:
-            raise unknown_name("algorithm", algorithm, FILLS)
+        check_name("fill rule", fill_rule, FILL_RULES)
+        check_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
         if check_flag("antialias", antialias):
             cover = coverage(rings, self.size, mode="area", fill_rule=fill_rule)
@@ -185,8 +183,7 @@ class Canvas:
             (y, x). "diamond-exit" takes ends between pixels and leaves out the last pixel, so that lines that follow each other
             touch each pixel once.
         """
-        if algorithm not in LINES:
-            raise unknown_name("algorithm", algorithm, LINES)
+        check_name("algorithm", algorithm, LINES)
         ends = check_points(segments, (2, 2), "segments")
         codes = to_codes(colors, len(ends))
         scale = 1 << LINE_BITS if algorithm == "diamond-exit" else 1
@@ -213,16 +210,20 @@ class Canvas:
         size : side or diameter in pixels; a square of size 1 is always one pixel.
         shape : "square" or "disc"; a pixel is painted if its centre lies in it.
         """
-        if shape not in ("square", "disc"):
-            raise unknown_name("shape", shape, ("square", "disc"))
+        check_name("shape", shape, ("square", "disc"))
         centres = check_points(xy, (2,), "xy")
         if isinstance(size, bool) or not isinstance(size, (int, float, np.integer, np.floating)) or not 0 < size <= 1 << 18:
             raise InputError(f"size = {size!r}: must be a number of pixels above 0 and at most {1 << 18}")
         codes = np.broadcast_to(to_codes(colors, len(centres)), (len(centres), 4))
+
+        # Leave out those so far away that their rims may lie beyond what is allowed; no image reaches there.
         half = float(size) / 2
-        count = 4 if shape == "square" else max(12, 4 * int(np.ceil(np.sqrt(half) * 4)))
-        angle = (np.arange(count) + (0.5 if shape == "square" else 0.0)) * (2 * np.pi / count)
-        rim = np.stack([np.cos(angle), np.sin(angle)], axis=1) * (half * np.sqrt(2.0) if shape == "square" else half)
+        is_near = (np.abs(centres) <= MAX_COORDINATE - half).all(axis=1)
+        centres, codes = centres[is_near], codes[is_near]
+
+        # Make each a fan of triangles.
+        rim = half * (SQUARE if shape == "square" else circle(half))
+        count = len(rim)
         fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
         corners = (centres[:, None] + rim)[:, fan].reshape(-1, 3, 2)
         self.triangles(corners, np.repeat(codes, count - 2, axis=0))
@@ -245,7 +246,7 @@ class Canvas:
         dict : pixels filled, pixels looked at, and spans.
         """
         x, y = check_integer("x", x, 0, self.size[0] - 1), check_integer("y", y, 0, self.size[1] - 1)
-        if connectivity not in (4, 8):
+        if not isinstance(connectivity, (int, np.integer)) or connectivity not in (4, 8):
             raise InputError(f"connectivity = {connectivity!r}: must be 4 or 8")
         limit, code = check_integer("tolerance", tolerance, 0, 255), to_codes(color)
         alike = self.pixels[y, x].copy() if border is None else to_codes(border)
@@ -273,11 +274,33 @@ class Canvas:
 
 def to_codes(colors: Any, count: int | None = None) -> UInt8Array:
     """Return colours as (4,) or (N, 4) uint8; N must be `count`, and there is only one where that is None."""
-    is_single = isinstance(colors, str) or count is None or np.ndim(colors) == 1
-    if is_single:
+    try:
+        shape = np.shape(colors)
+    except ValueError:
+        shape = (0, 0)  # rows of several lengths, which as_colors refuses
+    if count == 0 and shape == (0,):
+        return np.empty((0, 4), np.uint8)
+    if isinstance(colors, str) or count is None or len(shape) == 1:
         return np.rint(parse_color(colors) * 255.0).astype(np.uint8)
     found = as_colors(colors, (count,) if count is not None else (), "colors")
     return found if found.dtype == np.uint8 else np.rint(found.astype(np.float64) * 255.0).astype(np.uint8)
+
+
+def check_name(kind: str, name: object, valid: Iterable[str]) -> None:
+    """Raise an InputError for a name that is not one of the valid ones, or no name at all."""
+    if not isinstance(name, str) or name not in valid:
+        raise unknown_name(kind, name, valid)
+
+
+def circle(radius: float) -> Float64Array:
+    """Return points on the unit circle, (M, 2), so many that for a radius in pixels no side is further inside than 1/50 pixel.
+
+    They are ((1 - t^2) / (1 + t^2), 2 t / (1 + t^2)), a quarter at a time, which every processor rounds alike; a sine is not.
+    """
+    quarter = max(4, int(np.ceil(np.sqrt(radius) * 5.2)))
+    t = np.arange(quarter) / quarter
+    x, y = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
+    return np.concatenate([np.stack(side, axis=1) for side in ((x, y), (-y, x), (-x, -y), (y, -x))])
 
 
 def check_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:
@@ -301,7 +324,7 @@ def snap_rings(rings: Any, subpixel_bits: int) -> tuple[Int64Array, NDArray[np.i
     """Return the points of rings in sub-pixels, (V, 2), and where each starts, (R + 1,); those of under 3 are left out."""
     try:
         is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
-    except (TypeError, ValueError, IndexError):
+    except (TypeError, ValueError, LookupError):
         raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
     kept = []
     for number, ring in enumerate([rings] if is_single else rings):
