@@ -308,3 +308,17 @@ def test_only_triangles_that_are_cut_have_an_outline(rng):
         assert crossing[screen.source[screen.outline >= 0]].all()
         assert not crossing[screen.source[screen.outline < 0]].any()
         assert np.isin(np.flatnonzero(~crossing), screen.source).all()
+
+
+@pytest.mark.parametrize("bits", [4, 8, 16])
+def test_pieces_lie_on_the_plane_of_the_whole(rng, bits):
+    """Depth is that of the triangle that is not clipped, and does not depend on which corner comes first."""
+    clip, triangles = rng.normal(size=(150, 4)), np.arange(150).reshape(-1, 3)
+    pieces = ss.rasterize(clip, triangles, (40, 30), subpixel_bits=bits)
+    assert pieces.counters["cut"] > 10
+    ways = [({"algorithm": "homogeneous"}, [0, 1, 2]), ({}, [1, 2, 0]), ({}, [2, 1, 0])]
+    for options, order in ways:
+        other = ss.rasterize(clip, triangles[:, order], (40, 30), subpixel_bits=bits, **options)
+        same = (other.primitive == pieces.primitive) & (pieces.primitive >= 0)
+        assert same.sum() > 0.9 * (pieces.primitive >= 0).sum()
+        assert np.allclose(other.depth[same], pieces.depth[same], rtol=1e-6, atol=1e-6)

@@ -3,9 +3,10 @@
 Keeps z >= -w and w > 0; z <= w only for a camera with a far plane. There is no clipping at the borders of the image, since the
 bounds of a triangle do that; only what projects beyond 2^24 px is cut back to it, so that fixed point can hold it.
 
-A cut triangle becomes a fan of pieces. Each keeps weights, the share of the source's corners in its own, so that any attribute
-can be interpolated later without having been clipped. A cut point is computed from the end that is inside towards the end that
-is outside: two triangles that share the edge get the identical point, and no crack opens.
+A cut triangle becomes a fan of pieces. Each keeps weights, the share of the source's corners in its own, so that any
+attribute can be interpolated later without having been clipped, and lies on the triangle's own plane of depth. A cut point is
+computed from the end that is inside towards the end that is outside: two triangles that share the edge get the identical
+point, and no crack opens.
 
 Source: Sutherland and Hodgman 1974, in homogeneous coordinates after Blinn and Newell 1978.
 """
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.geometry.depth_plane import lay_pieces
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.geometry.project import no_outlines, plane_distance, project
 from scanspan.jit import helper_kernel, kernel
@@ -185,6 +187,10 @@ def to_screen(
         clip, triangles, seen.outcodes, planes, vertices, corners, source, piece, weights, inner
     )
     added = project(vertices[:n_vertices], planes, size, subpixel_bits)
+    middle = np.array([size[0] / 2, size[1] / 2, float(1 << subpixel_bits)])
+    lay_pieces(
+        clip, seen.xy, seen.depth, seen.outcodes, triangles, middle, corners[:n], source[:n], piece[:n], added.xy, added.depth
+    )
     return ScreenTriangles(
         xy=np.concatenate([seen.xy, added.xy]),
         depth=np.concatenate([seen.depth, added.depth]),

@@ -22,11 +22,10 @@ Source: Olano and Greer 1997, Triangle scan conversion using 2D homogeneous coor
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from scanspan.geometry.clip import MAX_CORNERS, clip_planes, cut_polygon
+from scanspan.geometry.depth_plane import FAR_CODE, NEAR_CODE, find_joins, has_image, write_plane
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.geometry.project import no_outlines, project, snap
 from scanspan.jit import helper_kernel, kernel
@@ -36,50 +35,9 @@ from scanspan.raster.setup import bound_sample
 from scanspan.raster.write import write_sample_key, write_sample_pair, write_sample_tally
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 
-NEAR_CODE, FAR_CODE = 1, 64  # bits of the near and the far plane in an outcode; a corner outside of these alone has an image
 LINE_UNITS = 2.0**40  # of the longer side of a line's direction; product_halves takes up to 2^41
 FAR_AWAY = MAX_COORDINATE / 2.0  # pixels from the middle of the image, where a line has the whole image on one side
 EMPTY_BOX = (1, 0, 1, 0)  # lowest and highest x and y
-SPLIT = 2.0**27 + 1.0  # Dekker's constant
-
-
-@helper_kernel
-def product_rest(a: float, b: float, product: float) -> float:
-    """Return a b - product, what rounding took from a product, exactly. Source: Dekker 1971."""
-    a_head, b_head = a * SPLIT - (a * SPLIT - a), b * SPLIT - (b * SPLIT - b)
-    a_tail, b_tail = a - a_head, b - b_head
-    return ((a_head * b_head - product) + a_head * b_tail + a_tail * b_head) + a_tail * b_tail
-
-
-@helper_kernel
-def determinant(a: float, b: float, c: float, d: float) -> float:
-    """Return a d - b c, right to the last bits also where the products nearly cancel."""
-    left, right = a * d, b * c
-    return (left - right) + (product_rest(a, d, left) - product_rest(b, c, right))
-
-
-@helper_kernel
-def image_point(clip: Float64Array, v: int, half_width: float, half_height: float) -> tuple[float, float, float, float, float]:
-    """Return corner v as a homogeneous point (x, y, w) of the image with its z, and the power of two that it was divided by.
-
-    Units   x / w and y / w are pixels right of and below the middle of the image.
-    """
-    x, y, z, w = clip[v, 0], clip[v, 1], clip[v, 2], clip[v, 3]
-    exponent = math.frexp(max(abs(x), abs(y), abs(z), abs(w)))[1]
-    scale = math.ldexp(1.0, -exponent) if exponent > -1000 else 1.0
-    return x * scale * half_width, -(y * scale) * half_height, w * scale, z * scale, scale
-
-
-@helper_kernel
-def join(
-    p_x: float, p_y: float, p_w: float, q_x: float, q_y: float, q_w: float
-) -> tuple[float, float, float]:  # fmt: skip
-    """Return the line through two points, p x q, the same but for its sign whichever comes first."""
-    swaps = (q_x < p_x) | ((q_x == p_x) & ((q_y < p_y) | ((q_y == p_y) & (q_w < p_w))))
-    if swaps:
-        p_x, p_y, p_w, q_x, q_y, q_w = q_x, q_y, q_w, p_x, p_y, p_w
-    a, b, c = determinant(p_y, p_w, q_y, q_w), determinant(p_w, p_x, q_w, q_x), determinant(p_x, p_y, q_x, q_y)
-    return (-a, -b, -c) if swaps else (a, b, c)
 
 
 @helper_kernel
@@ -106,12 +64,6 @@ def write_line(
     line[0], line[1] = np.int64(np.rint(sign * a / size * LINE_UNITS)), np.int64(np.rint(sign * b / size * LINE_UNITS))
     line[2], line[3] = np.int64(x), np.int64(y)
     return True
-
-
-@helper_kernel
-def has_image(outcode: int) -> bool:
-    """Say whether a corner lies in front of the eye and within 2^24 px, so that it has a place on the grid."""
-    return bool(np.int64(outcode) & ~np.int64(NEAR_CODE | FAR_CODE) == 0)
 
 
 @helper_kernel
@@ -169,32 +121,6 @@ def write_box(
         plane[5], plane[6] = depth if i == 0 else min(plane[5], depth), depth if i == 0 else max(plane[6], depth)
 
 
-@helper_kernel
-def write_plane(
-    corners: Int32Array, xy: Int64Array, depth: Float64Array, outcodes: UInt8Array, points: Float64Array, joins: Float64Array,
-    volume: float, middle: Float64Array, limits: Int64Array, plane: Float64Array,
-) -> None:  # fmt: skip
-    """Write the plane of depth: (1 - z / w) / 2 with z / w = (z0, z1, z2) M^-1 (x, y, 1).
-
-    It starts from a corner that has an image, the first in (y, x), and from the middle of the image where none has.
-    """
-    slope_x, slope_y, at_middle = 0.0, 0.0, 0.0
-    for k in range(3):
-        share = points[k, 3] / volume
-        slope_x += share * joins[k, 0]
-        slope_y += share * joins[k, 1]
-        at_middle += share * joins[k, 2]
-    plane[0], plane[1], plane[2] = 0.5 - 0.5 * at_middle, -0.5 * slope_x / middle[2], -0.5 * slope_y / middle[2]
-    limits[4], limits[5] = np.int64(middle[0] * middle[2]), np.int64(middle[1] * middle[2])
-    found = False
-    for k in range(3):
-        v = corners[k]
-        is_first = not found or xy[v, 1] < limits[5] or (xy[v, 1] == limits[5] and xy[v, 0] < limits[4])
-        if has_image(outcodes[v]) and is_first:
-            limits[4], limits[5], plane[0] = xy[v, 0], xy[v, 1], depth[v]
-            found = True
-
-
 @kernel
 def outline_kernel(
     clip: Float64Array, xy: Int64Array, depth: Float64Array, outcodes: UInt8Array, corners: Int32Array, cut: Float64Array,
@@ -209,22 +135,10 @@ def outline_kernel(
     points, joins = np.empty((3, 5)), np.empty((3, 3))
     polygon, other, made = np.empty((MAX_CORNERS, 7)), np.empty((MAX_CORNERS, 7)), np.zeros((2, MAX_CORNERS), np.uint8)
     for m in range(corners.shape[0]):
-        codes = np.int64(0)
-        for k in range(3):
-            v = corners[m, k]
-            codes |= np.int64(outcodes[v])
-            points[k, 0], points[k, 1], points[k, 2], points[k, 3], points[k, 4] = image_point(clip, v, middle[0], middle[1])
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            joins[k, 0], joins[k, 1], joins[k, 2] = join(
-                points[i, 0], points[i, 1], points[i, 2], points[j, 0], points[j, 1], points[j, 2]
-            )
-
-        # The volume has the sign of the visible part's area; without any, the plane goes through the eye.
-        x, y, w = points[0, 0] * joins[0, 0], points[0, 1] * joins[0, 1], points[0, 2] * joins[0, 2]
-        volume = x + y + w
-        if abs(volume) <= 2.0**-50 * (abs(x) + abs(y) + abs(w)):
+        volume = find_joins(clip, corners[m], middle, points, joins)
+        if volume == 0.0:
             continue
+        codes = np.int64(outcodes[corners[m, 0]]) | np.int64(outcodes[corners[m, 1]]) | np.int64(outcodes[corners[m, 2]])
         sign = -1.0 if volume < 0.0 else 1.0
         limits[m, 6] = np.int64(sign)
         for k in range(3):
@@ -233,7 +147,7 @@ def outline_kernel(
             weights[m, k, 2] = (joins[k, 2] - (joins[k, 0] * middle[0] + joins[k, 1] * middle[1])) * scale
         if write_lines(corners[m], xy, outcodes, joins, sign, middle, lines[m]):
             write_box(clip, corners[m], codes, cut, middle, polygon, other, made, limits[m], planes[m])
-            write_plane(corners[m], xy, depth, outcodes, points, joins, volume, middle, limits[m], planes[m])
+            write_plane(corners[m], xy, depth, outcodes, points, joins, volume, middle, limits[m, 4:6], planes[m, :3])
             planes[m, 3] = 0.0 if codes & FAR_CODE else -np.inf
             planes[m, 4] = 1.0 if codes & NEAR_CODE else np.inf
             planes[m, 5] = 0.0 if codes & FAR_CODE else planes[m, 5]
