@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -91,3 +92,26 @@ def test_finer_corners_can_be_asked_for(run):
     code, _, err = run("render", "model.obj", "-o", "a.png", "--size", "64", "--subpixel-bits", "3")
     assert code == 2
     assert "--subpixel-bits = 3: must be a whole number from 4 to 16" in err
+
+
+def test_info_reads_a_file_whatever_its_name_is(run, tmp_path):
+    path = tmp_path / "model.bin"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 nan 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n")
+    assert run("info", str(path))[0] == 2
+    code, _, complaint = run("info", str(path), "--file-type", "obj")
+    assert (code, "not finite" in complaint) == (2, True)
+    code, out, _ = run("info", str(path), "--file-type", "obj", "--nonfinite", "drop", "--json")
+    assert code == 0
+    assert '"triangles": 1' in out
+
+
+def test_an_interrupt_while_the_command_is_imported_ends_as_later_ones_do(monkeypatch, capsys):
+    from scanspan import __main__ as entry
+
+    class Interrupted:
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "scanspan.cli", Interrupted())
+    assert entry.main() == 130
+    assert capsys.readouterr().err == "scanspan: interrupted\n"

@@ -343,6 +343,8 @@ def given(options: dict[str, Any]) -> dict[str, Any]:
 def info(
     file: Annotated[str | None, typer.Argument(metavar="[FILE]", help="A model file.", show_default=False)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+    nonfinite: options.Nonfinite = "error",
+    file_type: options.FileType = None,
 ) -> None:
     """Tell what is in a model file; without one, tell about this machine."""
     from scanspan.view.metadata import describe_machine, describe_model, to_json, to_text
@@ -352,7 +354,7 @@ def info(
     else:
         from scanspan.assets.load import load
 
-        record = describe_model(file, load(file))
+        record = describe_model(file, load(file, **given({"nonfinite": nonfinite, "file_type": file_type})))
     write_out((to_json(record) if as_json else to_text(record)) + "\n")
 
 
