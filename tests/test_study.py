@@ -94,7 +94,7 @@ def test_finer_corners_can_be_asked_for(run):
     assert "--subpixel-bits = 3: must be a whole number from 4 to 16" in err
 
 
-def test_info_reads_a_file_whatever_its_name_is(run, tmp_path):
+def test_a_file_is_described_whatever_its_name_is(run, tmp_path):
     path = tmp_path / "model.bin"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 nan 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n")
     assert run("info", str(path))[0] == 2

@@ -111,7 +111,9 @@ class Frame:
     @cached_property
     def depth(self) -> Float32Array:
         """(H, W) float32, +inf where there is nothing."""
-        return self._interpolate(self.camera.depth(self._draw.positions)[:, None], np.inf)[..., 0].astype(np.float32)
+        found = self._interpolate(self.camera.depth(self._draw.positions)[:, None], np.inf)[..., 0]
+        with np.errstate(over="ignore"):
+            return found.astype(np.float32)
 
     @cached_property
     def position(self) -> Float64Array:

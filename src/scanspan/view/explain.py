@@ -291,10 +291,10 @@ def find_clipped(
     y = 1 - (pixel[1] + offset[1] / unit) / options.size[1] * 2
     corners = clip[triangles[gone]]
     matrix = corners[:, :, [0, 1, 3]]
-    weights = np.stack([np.cross(matrix[:, (k + 1) % 3], matrix[:, (k + 2) % 3]) for k in range(3)], axis=1)
-    volume = np.einsum("nk,nk->n", matrix[:, 0], weights[:, 0])
-    shares = np.einsum("nkc,c->nk", weights, [x, y, 1.0])
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        weights = np.stack([np.cross(matrix[:, (k + 1) % 3], matrix[:, (k + 2) % 3]) for k in range(3)], axis=1)
+        volume = np.einsum("nk,nk->n", matrix[:, 0], weights[:, 0])
+        shares = np.einsum("nkc,c->nk", weights, [x, y, 1.0])
         shares /= volume[:, None]
         inside = (shares > 0).all(axis=1)
         at = np.einsum("nk,nkc->nc", shares, corners) / shares.sum(axis=1)[:, None]
