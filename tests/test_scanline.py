@@ -62,10 +62,26 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
 def sweeps() -> list[tuple[str, Callable[..., None], str]]:
     """Each sweep as its name, a function, and its kind of target; call it under `plain`."""
     return [
-        ("scanline-eval", lambda *a: scanline.scanline_eval(scanline.find_nearest_key, write.write_sample_key, *a), "keys"),
-        ("scanline-zrow", lambda *a: scanline.scanline_zrow(write.write_sample_key, *a), "keys"),
-        ("scanline-count", lambda *a: scanline.scanline_count(write.write_sample_hit, *a), "hits"),
-        ("span-list", lambda *a: span_list.span_list(scanline.find_nearest_pair, write.write_sample_pair, *a), "pairs"),
+        (
+            "scanline-eval",
+            lambda *a: scanline.sweep(scanline.evaluate_row, scanline.find_nearest_key, write.write_sample_key, *a),
+            "keys",
+        ),
+        (
+            "scanline-zrow",
+            lambda *a: scanline.sweep(scanline.buffer_row, scanline.find_nearest_key, write.write_sample_key, *a),
+            "keys",
+        ),
+        (
+            "scanline-count",
+            lambda *a: scanline.sweep(scanline.write_spans, scanline.find_nearest_key, write.write_sample_hit, *a),
+            "hits",
+        ),
+        (
+            "span-list",
+            lambda *a: scanline.sweep(span_list.list_spans, scanline.find_nearest_pair, write.write_sample_pair, *a),
+            "pairs",
+        ),
     ]
 
 
@@ -143,7 +159,6 @@ def test_the_list_is_in_order_in_every_row_and_empty_at_the_end(
         return count
 
     monkeypatch.setattr(scanline, "insert_edges", insert_and_look)
-    monkeypatch.setattr(span_list, "insert_edges", insert_and_look)
     sampling = sampling_of(rule)
     for triangles in (soup(rng, 15), flat(rng.uniform(-4, 30, (15, 3, 2)), rng.uniform(size=(15, 3)))):
         for name, function, kind in sweeps():
@@ -171,9 +186,9 @@ def test_each_sample_is_set_once(rng: np.random.Generator, plain: None) -> None:
         row[q] += 1
 
     for nearest in (scanline.find_nearest_key, scanline.find_nearest_pair):
-        for sweep in (scanline.scanline_eval, span_list.span_list):
+        for scan in (scanline.evaluate_row, span_list.list_spans):
             times[...] = 0
-            sweep(nearest, set_sample, times, np.zeros(COUNTERS, np.int64), triangles, 0, 15, sampling_of())
+            scanline.sweep(scan, nearest, set_sample, times, np.zeros(COUNTERS, np.int64), triangles, 0, 15, sampling_of())
             assert np.array_equal(times, covered)
 
 
@@ -210,7 +225,7 @@ def test_a_planted_fault_breaks_an_invariant(
     part, breach = ("sort_edges", OUT_OF_ORDER) if fault is unsorted else ("step_edges", LEFT_OVER)
     triangles = flat(rng.uniform(-4, 30, (12, 3, 2)) if fault is unsorted else [[(3, 3), (9, 4), (5, 9)]], 0)
     assert not swept(function, kind, triangles)[1][BREACHES].any()
-    monkeypatch.setattr(span_list if name == "span-list" else scanline, part, fault)
+    monkeypatch.setattr(scanline, part, fault)
     assert swept(function, kind, triangles)[1][breach] > 0
 
 
@@ -222,5 +237,7 @@ def test_runs_are_only_taken_where_they_are_clear(
     _, eval_keys, kind = sweeps()[0]
     expected, _ = swept(eval_keys, kind, through)
     monkeypatch.setattr(span_list, "is_clear", lambda *arguments: always)
-    found, _ = swept(lambda *a: span_list.span_list(scanline.find_nearest_key, write.write_sample_key, *a), "keys", through)
+    found, _ = swept(
+        lambda *a: scanline.sweep(span_list.list_spans, scanline.find_nearest_key, write.write_sample_key, *a), "keys", through
+    )
     assert np.array_equal(found, expected) == (not always)

@@ -93,6 +93,16 @@ def cut_polygon(
 
 
 @kernel
+def cut_ring(ring: Float64Array, planes: Float64Array, k: int, out: Float64Array) -> int:
+    """Cut a ring of any length, convex or not, by plane k, and return how many corners are left.
+
+    Shapes  ring: (M, 7) as for cut_polygon; out: (2 M, 7), written.
+    """
+    made, out_made = np.zeros(ring.shape[0], np.uint8), np.zeros(out.shape[0], np.uint8)
+    return cut_polygon(ring, made, ring.shape[0], planes, k, out, out_made)
+
+
+@kernel
 def clip_kernel(
     clip: Float64Array, triangles: Int32Array, outcodes: UInt8Array, planes: Float64Array, vertices: Float64Array,
     corners: Int32Array, source: Int32Array, piece: Int32Array, weights: Float64Array, inner: UInt8Array,

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scanspan.geometry.clip import clip_planes
+from scanspan.geometry.clip import clip_planes, cut_ring
 from scanspan.geometry.project import project
 from scanspan.records import Array, DrawList, Float64Array, Int32Array, Int64Array, ScreenPolygons, ScreenTriangles
 
@@ -76,8 +76,9 @@ def cut_rings(draw: DrawList, p: int, planes: Float64Array, size: tuple[int, int
     for start, end in outlines.rings[outlines.polygon_rings[p] : outlines.polygon_rings[p + 1]]:
         weights = shares(draw.positions[start:end], draw.positions[corners])
         ring = np.concatenate([draw.clip[start:end], weights], axis=1)
-        for plane in planes:
-            ring = cut_ring(ring, plane)
+        for k in range(len(planes)):
+            cut = np.empty((2 * len(ring), 7))
+            ring = cut[: cut_ring(ring, planes, k, cut)]
         if len(ring) > 2:
             rings.append(ring)
     if not rings:
@@ -87,26 +88,6 @@ def cut_rings(draw: DrawList, p: int, planes: Float64Array, size: tuple[int, int
     ends = np.cumsum([len(ring) for ring in rings])[:-1]
     reference = far_apart(snapped.astype(np.float64), turn_of(draw.clip[corners]))
     return Part(p, np.split(snapped, ends), points[reference, :4], points[reference, 4:])
-
-
-def cut_ring(ring: Float64Array, plane: Float64Array) -> Float64Array:
-    """Cut a ring, (M, 7) with clip coordinates first, by a plane (a, b, c, d, e), and return what is kept of it.
-
-    A cut point is computed from the inner end towards the outer one, as for triangles.
-    """
-    distance = (((plane[0] * ring[:, 0] + plane[1] * ring[:, 1]) + plane[2] * ring[:, 2]) + plane[3] * ring[:, 3]) - plane[4]
-    if not len(ring) or (distance >= 0).all():
-        return ring
-    kept = []
-    for i in range(len(ring)):
-        j = (i + 1) % len(ring)
-        if distance[i] >= 0:
-            kept.append(ring[i])
-        if (distance[i] >= 0) != (distance[j] >= 0):
-            inner, outer = (i, j) if distance[i] >= 0 else (j, i)
-            share = distance[inner] / (distance[inner] - distance[outer])
-            kept.append(ring[inner] + share * (ring[outer] - ring[inner]))
-    return np.array(kept).reshape(-1, ring.shape[1])
 
 
 def shares(points: Float64Array, corners: Float64Array) -> Float64Array:

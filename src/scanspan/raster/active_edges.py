@@ -294,12 +294,8 @@ def step_edges(active: ActiveEdges, count: int, y: int, sampling: Sampling, coun
 
 
 @helper_kernel
-def sort_edges(active: ActiveEdges, count: int, counters: Int64Array) -> None:
-    """Sort the list again, by insertion: it is nearly in order, and an edge moves only past those that it crossed.
-
-    Cost    O(edges + crossings). Two lines cross once, so no two are swapped twice in a sweep.
-    """
-    order, x = active.order, active.x
+def sort_by_x(order: Int64Array, x: Int64Array, count: Integer) -> int:
+    """Sort edges that are nearly in order by x, by insertion; those at one column stay as they stand. Return the swaps."""
     swaps = 0
     for k in range(1, count):
         e = order[k]
@@ -309,4 +305,13 @@ def sort_edges(active: ActiveEdges, count: int, counters: Int64Array) -> None:
             m -= 1
         order[m] = e
         swaps += k - m
-    counters[SWAPS] += swaps
+    return swaps
+
+
+@helper_kernel
+def sort_edges(active: ActiveEdges, count: int, counters: Int64Array) -> None:
+    """Sort the list again; an edge moves only past those that it crossed.
+
+    Cost    O(edges + crossings). Two lines cross once, so no two are swapped twice in a sweep.
+    """
+    counters[SWAPS] += sort_by_x(active.order, active.x, count)

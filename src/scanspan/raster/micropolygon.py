@@ -30,7 +30,7 @@ import numpy as np
 from scanspan.geometry.fixed_point import halves_sign, product_halves
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.counters import EDGE_EVALUATIONS, SAMPLES_TESTED, SUBDIVISIONS
-from scanspan.raster.order import list_blocks
+from scanspan.raster.order import Window, list_blocks
 from scanspan.raster.setup import depth_at, set_up
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_sample_tally
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
@@ -50,15 +50,6 @@ MAX_PIECES = 3 * 30 + 1  # that wait: three siblings on each level
 
 
 BUCKET = np.int64(32)  # pixels along a side of the windows that an order other than rows goes by
-
-
-class Window(NamedTuple):
-    """The pixels that pieces are bounded by: the primitive's box, or a bucket of it; ranges are half-open."""
-
-    x_start: Integer
-    x_end: Integer
-    y_start: Integer
-    y_end: Integer
 
 
 class Frame(NamedTuple):

@@ -16,6 +16,7 @@ Source: the lectures on traversal order; Morton 1966; Hilbert 1891; Greene 1996 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,15 @@ HILBERT = np.array(
     np.int64,
 )
 MORTON = np.array([[[0, 1, 2, 3], [0, 0, 0, 0]]] * 4, np.int64)
+
+
+class Window(NamedTuple):
+    """A rectangle of samples, by their pixels; ranges are half-open."""
+
+    x_start: Integer
+    x_end: Integer
+    y_start: Integer
+    y_end: Integer
 
 
 @helper_kernel

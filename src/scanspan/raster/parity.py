@@ -19,7 +19,7 @@ from scanspan.geometry.fixed_point import product_halves
 from scanspan.jit import inline_kernel
 from scanspan.raster.edge import edge_start
 from scanspan.raster.polygon import is_filled
-from scanspan.raster.setup import first_sample
+from scanspan.raster.setup import pixels_between
 from scanspan.records import Array, Int32Array, Int64Array, Sampling
 
 
@@ -42,10 +42,8 @@ def parity_fill(
     for k in range(1, count):
         low_x, high_x = min(low_x, xy[k, 0]), max(high_x, xy[k, 0])
         low_y, high_y = min(low_y, xy[k, 1]), max(high_y, xy[k, 1])
-    x_start = max(first_sample(low_x, sampling.sample_x, s), sampling.x_start)
-    x_end = min(((high_x - sampling.sample_x) >> s) + 1, sampling.x_end)
-    y_start = max(first_sample(low_y, sampling.sample_y, s), sampling.y_start)
-    y_end = min(((high_y - sampling.sample_y) >> s) + 1, sampling.y_end)
+    x_start, x_end = pixels_between(low_x, high_x, sampling.sample_x, sampling, sampling.x_start, sampling.x_end)
+    y_start, y_end = pixels_between(low_y, high_y, sampling.sample_y, sampling, sampling.y_start, sampling.y_end)
     if x_start >= x_end:
         return
     f, a, turn = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)

@@ -23,6 +23,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import product_halves
 from scanspan.jit import helper_kernel, kernel
+from scanspan.raster.active_edges import sort_by_x
 from scanspan.raster.edge import edge_start
 from scanspan.raster.edge_walk import start_crossing, step_crossing
 from scanspan.raster.setup import first_sample
@@ -322,22 +323,6 @@ def step_edges(table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
     return kept
 
 
-@helper_kernel
-def sort_edges(active: ActiveList, count: Integer) -> None:
-    """Sort the list again, by insertion: it is nearly in order, and edges at one column stay as they stand.
-
-    Cost    O(edges + crossings). Two lines cross once, so no two are swapped twice.
-    """
-    order, x = active.order, active.x
-    for k in range(1, count):
-        e = order[k]
-        m = k
-        while m > 0 and x[order[m - 1]] > x[e]:
-            order[m] = order[m - 1]
-            m -= 1
-        order[m] = e
-
-
 @kernel
 def cut_trapezoids(
     xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, sampling: Sampling
@@ -383,7 +368,7 @@ def cut_trapezoids(
             count = insert_edges(table, active, count, y - row, y, width)
             trapezoids, total = scan_row(trapezoids, total, p, table, active, count, y, fill_rule, sampling)
             count = step_edges(table, active, count, y + 1, width)
-            sort_edges(active, count)
+            sort_by_x(active.order, active.x, count)
     return trapezoids.owner[:total].copy(), trapezoids.lines[:total].copy(), trapezoids.limits[:total].copy()
 
 

@@ -76,11 +76,12 @@ def row_setup(slots: Int64Array, planes: Float64Array, v: Integer) -> TriangleSe
 
 @inline_kernel
 def write_spans(
-    write_sample: Callable[..., None], row: Array, active: ActiveEdges, count: int, y: int, counters: Int64Array
-) -> None:
+    find_nearest: Callable[..., Integer], write_sample: Callable[..., None], row: Array, active: ActiveEdges, count: int,
+    y: int, counters: Int64Array,
+) -> None:  # fmt: skip
     """Write the span of every triangle in the list: from each left edge to the matching right one.
 
-    Shapes  row: a row of a target.
+    Shapes  row: a row of a target. find_nearest has no part in it.
     """
     order, x, slots, planes = active.order, active.x, active.slots, active.planes
     spans, last = 0, np.int64(0)
@@ -197,68 +198,43 @@ def evaluate_row(
 
 
 @inline_kernel
-def scanline_eval(
-    find_nearest: Callable[..., Integer], write_sample: Callable[..., None],
+def buffer_row(
+    find_nearest: Callable[..., Integer], write_sample: Callable[..., None], row: Array, active: ActiveEdges, count: int,
+    y: int, counters: Int64Array,
+) -> None:  # fmt: skip
+    """Render the spans of a row into a buffer of its own, and write it once.
+
+    Shapes  row: a row of a target. find_nearest has no part in it.
+    """
+    if count > 0:
+        start, end = x_range(active, count)
+        buffer = row.copy()
+        write_spans(find_nearest, write_sample, buffer, active, count, y, counters)
+        row[start:end] = buffer[start:end]
+
+
+@inline_kernel
+def sweep(
+    scan: Callable[..., None], find_nearest: Callable[..., Integer], write_sample: Callable[..., None],
     target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
-    """Write the nearest of triangles first to last at every sample, each sample once.
+    """Go down the rows with an active edge list of triangles first to last, and scan each.
 
     Shapes  target: (H, W, ...), opened a row at a time; triangles: ScreenTriangles; counters: (COUNTERS,), added to.
-            find_nearest(slots, planes, inside, spans, x) returns a slot.
+            scan(find_nearest, write_sample, row, active, count, y, counters) writes a row: write_spans, evaluate_row,
+            buffer_row or list_spans; find_nearest(slots, planes, inside, spans, x) returns a slot.
     Units   pixels and sub-pixels, see TriangleSetup.
     Rule    sampling.rule, folded into the edge constants by the setup.
     Needs   the rectangle of sampling lies within the target.
-    Cost    O(covered samples of all triangles), and for each row O(its edges + those that start or cross + columns).
+    Cost    for each row O(its edges + those that start or cross + columns), and what scanning takes: O(covered samples of all
+            triangles).
     Source  the lectures.
     """
     table = build_edge_table(triangles, first, last, sampling)
     active, count = make_active_edges(table.most, sampling), 0
     for y in range(sampling.y_start, sampling.y_end):
         count = insert_edges(active, count, y, table, triangles, sampling, counters)
-        evaluate_row(find_nearest, write_sample, target[y], active, count, y, counters)
-        count = step_edges(active, count, y + 1, sampling, counters)
-        sort_edges(active, count, counters)
-    counters[LEFT_OVER] += count
-
-
-@inline_kernel
-def scanline_zrow(
-    write_sample: Callable[..., None],
-    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
-) -> None:  # fmt: skip
-    """Render triangles first to last span by span into a buffer of one row, and write each row once.
-
-    Shapes, Units, Rule, Needs, Cost, Source  as scanline_eval.
-    """
-    row = np.empty(target.shape[1:], target.dtype)
-    table = build_edge_table(triangles, first, last, sampling)
-    active, count = make_active_edges(table.most, sampling), 0
-    for y in range(sampling.y_start, sampling.y_end):
-        count = insert_edges(active, count, y, table, triangles, sampling, counters)
-        if count > 0:
-            start, end = x_range(active, count)
-            row[start:end] = target[y, start:end]
-            write_spans(write_sample, row, active, count, y, counters)
-            target[y, start:end] = row[start:end]
-        count = step_edges(active, count, y + 1, sampling, counters)
-        sort_edges(active, count, counters)
-    counters[LEFT_OVER] += count
-
-
-@inline_kernel
-def scanline_count(
-    write_sample: Callable[..., None],
-    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
-) -> None:  # fmt: skip
-    """Write every covered sample of triangles first to last: the sweep of all three where nothing hides anything.
-
-    Shapes, Units, Rule, Needs, Cost, Source  as scanline_eval.
-    """
-    table = build_edge_table(triangles, first, last, sampling)
-    active, count = make_active_edges(table.most, sampling), 0
-    for y in range(sampling.y_start, sampling.y_end):
-        count = insert_edges(active, count, y, table, triangles, sampling, counters)
-        write_spans(write_sample, target[y], active, count, y, counters)
+        scan(find_nearest, write_sample, target[y], active, count, y, counters)
         count = step_edges(active, count, y + 1, sampling, counters)
         sort_edges(active, count, counters)
     counters[LEFT_OVER] += count
@@ -269,7 +245,7 @@ def scanline_eval_keys(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, evaluating, into (H, W) keys."""
-    scanline_eval(find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
+    sweep(evaluate_row, find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -277,7 +253,7 @@ def scanline_eval_pairs(
     target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, evaluating, into (H, W, 2) pairs."""
-    scanline_eval(find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
+    sweep(evaluate_row, find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -285,7 +261,7 @@ def scanline_eval_tallies(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, evaluating, into (H, W, 4) tallies."""
-    scanline_eval(find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)
+    sweep(evaluate_row, find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -293,7 +269,7 @@ def scanline_zrow_keys(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, a depth buffer of one row, into (H, W) keys."""
-    scanline_zrow(write_sample_key, target, counters, triangles, first, last, sampling)
+    sweep(buffer_row, find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -301,7 +277,7 @@ def scanline_zrow_pairs(
     target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, a depth buffer of one row, into (H, W, 2) pairs."""
-    scanline_zrow(write_sample_pair, target, counters, triangles, first, last, sampling)
+    sweep(buffer_row, find_nearest_key, write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -309,7 +285,7 @@ def scanline_zrow_tallies(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines, a depth buffer of one row, into (H, W, 4) tallies."""
-    scanline_zrow(write_sample_tally, target, counters, triangles, first, last, sampling)
+    sweep(buffer_row, find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -317,4 +293,4 @@ def scanline_hits(
     target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Scan lines into (H, W) hits."""
-    scanline_count(write_sample_hit, target, counters, triangles, first, last, sampling)
+    sweep(write_spans, find_nearest_key, write_sample_hit, target, counters, triangles, first, last, sampling)

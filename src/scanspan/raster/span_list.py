@@ -22,14 +22,9 @@ from scanspan.raster.active_edges import (
     NUMBER,
     OUT,
     ActiveEdges,
-    build_edge_table,
-    insert_edges,
-    make_active_edges,
-    sort_edges,
-    step_edges,
 )
-from scanspan.raster.counters import DEPTH_TESTS, LEFT_OVER, OUT_OF_ORDER, SET_TWICE
-from scanspan.raster.scanline import find_nearest_key, find_nearest_pair, flag_triangles, row_setup
+from scanspan.raster.counters import DEPTH_TESTS, OUT_OF_ORDER, SET_TWICE
+from scanspan.raster.scanline import find_nearest_key, find_nearest_pair, flag_triangles, row_setup, sweep
 from scanspan.raster.setup import depth_at, keep_sample
 from scanspan.raster.write import write_sample_key, write_sample_pair, write_sample_tally, write_span
 from scanspan.records import Array, Float64Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
@@ -122,37 +117,12 @@ def list_spans(
         written = write_run(write_sample, row, slots, planes, nearest, start, sure, written, counters)
 
 
-@inline_kernel
-def span_list(
-    find_nearest: Callable[..., Integer], write_sample: Callable[..., None],
-    target: Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling,
-) -> None:  # fmt: skip
-    """Write the nearest of triangles first to last at every sample, visible span by visible span.
-
-    Shapes  target: (H, W, ...), opened a row at a time; triangles: ScreenTriangles; counters: (COUNTERS,), added to.
-    Units   pixels and sub-pixels, see TriangleSetup.
-    Rule    sampling.rule, folded into the edge constants by the setup.
-    Needs   the rectangle of sampling lies within the target.
-    Cost    O(visible samples + edges + changes of the nearest span times active spans), at worst as scanline_eval; and the
-            sweep, as there.
-    Source  the lectures; Watkins 1970.
-    """
-    table = build_edge_table(triangles, first, last, sampling)
-    active, count = make_active_edges(table.most, sampling), 0
-    for y in range(sampling.y_start, sampling.y_end):
-        count = insert_edges(active, count, y, table, triangles, sampling, counters)
-        list_spans(find_nearest, write_sample, target[y], active, count, y, counters)
-        count = step_edges(active, count, y + 1, sampling, counters)
-        sort_edges(active, count, counters)
-    counters[LEFT_OVER] += count
-
-
 @kernel
 def span_list_keys(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Span list into (H, W) keys."""
-    span_list(find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
+    sweep(list_spans, find_nearest_key, write_sample_key, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -160,7 +130,7 @@ def span_list_pairs(
     target: Float64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Span list into (H, W, 2) pairs."""
-    span_list(find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
+    sweep(list_spans, find_nearest_pair, write_sample_pair, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -168,4 +138,4 @@ def span_list_tallies(
     target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Span list into (H, W, 4) tallies."""
-    span_list(find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)
+    sweep(list_spans, find_nearest_key, write_sample_tally, target, counters, triangles, first, last, sampling)

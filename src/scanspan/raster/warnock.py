@@ -19,14 +19,13 @@ Source: Warnock 1969; the lectures' "recursive subdivision of the screen"; Green
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.counters import EDGE_EVALUATIONS, SUBDIVISIONS
 from scanspan.raster.half_space import STRIDE, is_outside, scan_row
-from scanspan.raster.order import HILBERT
+from scanspan.raster.order import HILBERT, Window
 from scanspan.raster.setup import FLOATS, INTEGERS, bound_sample, depth_at, keep_sample, keep_setup, kept_setup, set_up
 from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair, write_sample_tally, write_span
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
@@ -46,15 +45,6 @@ HIDES_NOTHING, HIDES_BEHIND, HIDES_BELOW = range(3)
 MARGIN = 2.0**-22
 SMALLEST = 2.0**-126
 LARGEST = 2.0**126
-
-
-class Window(NamedTuple):
-    """A rectangle of samples, by their pixels; ranges are half-open."""
-
-    x_start: Integer
-    x_end: Integer
-    y_start: Integer
-    y_end: Integer
 
 
 @helper_kernel
