@@ -409,5 +409,5 @@ def test_more_points_than_can_be_numbered(monkeypatch: pytest.MonkeyPatch) -> No
 def test_fill_rules_are_in_the_order_of_the_kernel() -> None:
     from scanspan.raster.polygon import EVEN_ODD, NON_ZERO
 
-    assert module.FILL_RULES[EVEN_ODD] == "even-odd"
-    assert module.FILL_RULES[NON_ZERO] == "non-zero"
+    assert module.SPATIAL_RULES[EVEN_ODD] == "even-odd"
+    assert module.SPATIAL_RULES[NON_ZERO] == "non-zero"

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from scanspan.assets.shapes import Points as Points
     from scanspan.assets.shapes import Segments as Segments
     from scanspan.canvas import Canvas as Canvas
-    from scanspan.canvas import coverage as coverage
     from scanspan.errors import FormatError as FormatError
     from scanspan.errors import InputError as InputError
     from scanspan.errors import LimitError as LimitError
     from scanspan.errors import ScanspanError as ScanspanError
     from scanspan.geometry.dice import dice as dice
+    from scanspan.masks import coverage as coverage
     from scanspan.pipeline import count as count
     from scanspan.pipeline import interpolate as interpolate
     from scanspan.pipeline import rasterize as rasterize
@@ -65,7 +65,7 @@ _HOMES = {
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "count": "pipeline",
-    "coverage": "canvas",
+    "coverage": "masks",
     "dice": "geometry.dice",
     "explain": "view.explain",
     "interpolate": "pipeline",

@@ -13,29 +13,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.arrays import as_array, as_colors
+from scanspan.assets.arrays import as_colors
 from scanspan.assets.buffers import check_screen_triangles
 from scanspan.assets.lens import check_size
+from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
-from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.geometry.project import no_outlines, screen_triangles
+from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
+from scanspan.geometry.project import screen_triangles
+from scanspan.masks import coverage
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
-from scanspan.raster.area import AREA_BITS, area_kernel, gather_edges
-from scanspan.raster.edge_walk import edge_walk_hits
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
-from scanspan.raster.polygon import cut_trapezoids
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
-from scanspan.records import Float64Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.raster.trapezoids import flat_trapezoids
+from scanspan.records import Float64Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.image import png_bytes, write_image
 from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
 
-FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
 FILLS = ("scanline", "parity")
-MODES = ("center", "area")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
@@ -161,14 +159,15 @@ class Canvas:
             cover = coverage(rings, self.size, mode="area", fill_rule=fill_rule)
             cover_kernel(self.pixels, cover, int(pack_colors(code)), int(self.blend == "linear"))
             return
-        xy, starts = snap_rings(rings, bits)
+        points, starts = as_rings(rings)
+        xy = snap_points(points, bits)
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
         kind, target = self._target(int(code[3]) == 255)
         value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
         if algorithm == "parity":
             PARITY[kind](target, xy, starts, rule, value, sampling)
         else:
-            drawn = to_trapezoids(xy, starts, rule, value, sampling)
+            drawn = flat_trapezoids(xy, starts, rule, value, sampling)
             run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
 
     def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
@@ -184,7 +183,7 @@ class Canvas:
             touch each pixel once.
         """
         check_name("algorithm", algorithm, LINES)
-        ends = check_points(segments, (2, 2), "segments")
+        ends = as_points(segments, (2, 2), "segments")
         codes = to_codes(colors, len(ends))
         scale = 1 << LINE_BITS if algorithm == "diamond-exit" else 1
         steps = np.rint(ends * scale) if scale > 1 else np.floor(ends)
@@ -194,7 +193,7 @@ class Canvas:
 
     def polyline(self, points: ArrayLike, color: Any, *, closed: bool = False) -> None:
         """Paint a line through (M, 2) points that touches no pixel of a corner twice; see "diamond-exit" of `lines`."""
-        chain = check_points(points, (2,), "points")
+        chain = as_points(points, (2,), "points")
         if check_flag("closed", closed) and len(chain):
             chain = np.concatenate([chain, chain[:1]])
         if len(chain) > 1:
@@ -211,7 +210,7 @@ class Canvas:
         shape : "square" or "disc"; a pixel is painted if its centre lies in it.
         """
         check_name("shape", shape, ("square", "disc"))
-        centres = check_points(xy, (2,), "xy")
+        centres = as_points(xy, (2,), "xy")
         if isinstance(size, bool) or not isinstance(size, (int, float, np.integer, np.floating)) or not 0 < size <= 1 << 18:
             raise InputError(f"size = {size!r}: must be a number of pixels above 0 and at most {1 << 18}")
         codes = np.broadcast_to(to_codes(colors, len(centres)), (len(centres), 4))
@@ -301,101 +300,3 @@ def circle(radius: float) -> Float64Array:
     t = np.arange(quarter) / quarter
     x, y = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
     return np.concatenate([np.stack(side, axis=1) for side in ((x, y), (-y, x), (-x, -y), (y, -x))])
-
-
-def check_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:
-    """Return (N, *shape) float64 coordinates, finite and within 2^24 pixels."""
-    array = as_array(values, name)
-    if array.size == 0:
-        return np.empty((0, *shape))
-    if array.shape[1:] != shape or array.dtype.kind not in "iuf":
-        raise InputError(
-            f"{name}: expected numbers of shape (N, {', '.join(map(str, shape))}), got {array.dtype} {array.shape}"
-        )
-    points = np.ascontiguousarray(array, np.float64)
-    bad = ~(np.abs(points) <= MAX_COORDINATE)
-    if bad.any():
-        row = int(np.argwhere(bad)[0][0])
-        raise InputError(f"{name}[{row}] = {points[row].tolist()}: expected finite numbers within {MAX_COORDINATE} pixels")
-    return points
-
-
-def snap_rings(rings: Any, subpixel_bits: int) -> tuple[Int64Array, NDArray[np.int32]]:
-    """Return the points of rings in sub-pixels, (V, 2), and where each starts, (R + 1,); those of under 3 are left out."""
-    try:
-        is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
-    except (TypeError, ValueError, LookupError):
-        raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
-    kept = []
-    for number, ring in enumerate([rings] if is_single else rings):
-        points = check_points(ring, (2,), "rings" if is_single else f"rings[{number}]")
-        if len(points) > 1 and (points[0] == points[-1]).all():
-            points = points[:-1]
-        if len(points) > 2:
-            kept.append(np.rint(points * float(1 << subpixel_bits)).astype(np.int64))
-    starts = np.cumsum([0, *(len(ring) for ring in kept)]).astype(np.int32)
-    return np.concatenate([np.empty((0, 2), np.int64), *kept]), starts
-
-
-def to_trapezoids(
-    xy: Int64Array, starts: NDArray[np.int32], fill_rule: int, value: float, sampling: Sampling
-) -> ScreenTriangles:
-    """Return a polygon as outlines that all have one depth, which is its colour."""
-    whole = np.array([0, len(starts) - 1], np.int32)
-    _, sides, limits = cut_trapezoids(xy, starts, whole, fill_rule, sampling)
-    count = len(sides)
-    lines, box = np.zeros((count, 3, 4), np.int64), np.zeros((count, 7), np.int64)
-    lines[:, 1:], box[:, :4] = sides, limits
-    planes = np.tile([value, 0.0, 0.0, -np.inf, np.inf], (count, 1))
-    fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32), "lines": lines, "limits": box, "planes": planes}
-    zeros = np.zeros(count, np.int32)
-    return ScreenTriangles(
-        xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),
-        source=zeros, piece=zeros - 1, weights=np.empty((0, 3, 3)), inner=np.zeros(count, np.uint8), **fields,
-    )  # fmt: skip
-
-
-def coverage(
-    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", subpixel_bits: int = 8
-) -> NDArray[Any]:
-    """Return which pixels a polygon covers, or how much of each.
-
-    Parameters
-    ----------
-    rings : one ring, (M, 2) points in pixels, y down, or a list of rings; the closing point may be repeated.
-    size : (width, height) of the image in pixels.
-    mode : "center", whether the pixel's centre is inside, or "area", the share of the pixel that is, right to 2^-40. Polygons
-        whose edges match end to end add up to exactly 1; so values are not held to 0..1, and may miss it by 2^-40.
-    fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
-    subpixel_bits : points are snapped to 1/2^s pixel; for "area" to 1/65536.
-
-    Returns
-    -------
-    (H, W) bool, or float64 for "area".
-
-    Raises
-    ------
-    InputError : for anything that cannot be used; the message quotes it.
-
-    Examples
-    --------
-    >>> coverage([(0, 0), (2, 0), (2, 0.5), (0, 0.5)], (2, 1), mode="area")
-    array([[0.5, 0.5]])
-    """
-    if mode not in MODES:
-        raise unknown_name("mode", mode, MODES)
-    if fill_rule not in FILL_RULES:
-        raise unknown_name("fill rule", fill_rule, FILL_RULES)
-    (width, height), rule = check_size(size), FILL_RULES.index(fill_rule)
-    if width * height > MAX_PIXELS:
-        raise LimitError(f"size = ({width}, {height}): the limit is {MAX_PIXELS} pixels in all")
-    bits = check_subpixel_bits(subpixel_bits)
-    if mode == "area":
-        cover = np.empty((height, width))
-        area_kernel(gather_edges(*snap_rings(rings, int(AREA_BITS)), height), rule, cover)
-        return cover
-    xy, starts = snap_rings(rings, bits)
-    sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
-    hits = np.zeros((height, width), np.int32)
-    run_kernel(edge_walk_hits, hits, to_trapezoids(xy, starts, rule, 0.0, sampling), sampling, 1)
-    return hits > 0

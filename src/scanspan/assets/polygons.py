@@ -20,13 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_colors, as_floats, own, quote_row
 from scanspan.assets.mesh import NONFINITE, bounds_of
+from scanspan.assets.rings import FILL_RULES
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.triangulate import triangulate_polygon
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-FILL_RULES = ("even-odd", "non-zero")
+SPATIAL_RULES = FILL_RULES[:2]  # of polygons in space, which have no sides that are theirs alone
 """What is inside where rings cross or lie in each other, in the order of the constants of raster/polygon.py."""
 
 MAX_POINTS = (1 << 31) - 1  # points and rings are numbered in 32 bits
@@ -101,8 +102,8 @@ class Polygons:
         nonfinite: str = "error",
         tolerance: float = 1e-6,
     ) -> None:
-        if fill_rule not in FILL_RULES:
-            raise unknown_name("fill rule", fill_rule, FILL_RULES)
+        if fill_rule not in SPATIAL_RULES:
+            raise unknown_name("fill rule", fill_rule, SPATIAL_RULES)
         if nonfinite not in NONFINITE:
             raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
         share = _as_tolerance(tolerance)

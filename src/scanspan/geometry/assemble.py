@@ -14,7 +14,8 @@ import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.polygons import FILL_RULES, Polygons
+from scanspan.assets.polygons import Polygons
+from scanspan.assets.rings import FILL_RULES
 from scanspan.assets.scene import Geometry, Scene
 from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import LimitError

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel
-from scanspan.records import Integer
+from scanspan.records import Float64Array, Int64Array, Integer
 
 MAX_SUBPIXEL_BITS = 16
 MIN_SUBPIXEL_BITS = 4  # the standard sample positions are sixteenths of a pixel
@@ -29,6 +29,11 @@ MAX_SIDE = 1 << 18  # pixels along one side of an image; see edge_start in raste
 HALF_BITS = np.int64(20)
 HALF = np.int64(1 << 20)
 HALF_MASK = np.int64((1 << 20) - 1)
+
+
+def snap_points(points: Float64Array, subpixel_bits: int) -> Int64Array:
+    """Return coordinates in pixels, within 2^24 of 0, as sub-pixels, half to even."""
+    return np.rint(points * float(1 << subpixel_bits)).astype(np.int64)
 
 
 @helper_kernel

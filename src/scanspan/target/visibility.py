@@ -19,7 +19,7 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import run, run_bands
 from scanspan.raster.counters import BREACHES, COUNTERS, NAMES
 from scanspan.raster.options import OffscreenPoint, make_sampling
-from scanspan.raster.polygon import draw_polygons
+from scanspan.raster.trapezoids import draw_polygons
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import (
     Array,

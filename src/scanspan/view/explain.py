@@ -21,8 +21,8 @@ from scanspan.jit import kernel
 from scanspan.raster.algorithms import with_outlines
 from scanspan.raster.edge import SAMPLE, TOUCHED, edge_bias
 from scanspan.raster.options import check_integer
-from scanspan.raster.polygon import draw_polygons
 from scanspan.raster.setup import bound_sample, depth_at, set_up
+from scanspan.raster.trapezoids import draw_polygons
 from scanspan.raster.write import is_nearer
 from scanspan.records import Array, Int32Array, Int64Array, Sampling, ScreenTriangles
 from scanspan.target.frame import Frame
