@@ -230,7 +230,7 @@ def test_triangles_that_reach_behind_the_eye(rng, way, mode):
         clip = rng.normal(size=(3, 4)) * (1, 1, 0.7, 1)
         clip[rng.integers(3), 3] = -abs(rng.normal())
         found = ss.rasterize(clip, [(0, 1, 2)], SIZE, **way, coverage=mode).primitive >= 0
-        planes, _ = screen_planes(clip, SIZE)
+        planes = screen_planes(clip, SIZE)
         for j in range(SIZE[1]):
             for i in range(SIZE[0]):
                 least, most = (shared_area(moved(planes, by), float(i), float(j)) for by in (-1 / 128, 1 / 128))

@@ -39,7 +39,6 @@ OPTIONS: dict[str, Sequence[Any]] = {
 
 # Homogeneous rasterization may differ this far from an edge of a triangle that is cut, in pixels; so much on a coarse grid.
 BAND = 1 / 128
-DEPTH_SHARE = 1e-5  # of a depth, by which two are the same to both
 
 
 def flat(points: Floats, rng: np.random.Generator) -> Floats:
@@ -149,8 +148,8 @@ def different(found: Any, expected: Any) -> int:
     return int(((found.primitive != expected.primitive) | (found.depth != expected.depth)).sum())
 
 
-def screen_planes(clip: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Return what is seen of a triangle as four half-planes a x + b y + c >= 0 of the screen, in pixels, and its depth.
+def screen_planes(clip: Floats, size: tuple[int, int]) -> Floats:
+    """Return what is seen of a triangle as four half-planes a x + b y + c >= 0 of the screen, in pixels.
 
     They are its edges and the near plane, (4, 3), with (a, b) of length 1; float64 from exact numbers. A triangle whose plane
     goes through the eye is not seen: all four are then negative. The derivation is in reference.clipped_verdict.
@@ -163,13 +162,12 @@ def screen_planes(clip: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         lines.append((p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]))
     volume = sum(part * other for part, other in zip(corners[0], lines[0], strict=True))
     if volume == 0:
-        return np.tile([0.0, 0.0, -1e9], (4, 1)), np.zeros(3)
+        return np.tile([0.0, 0.0, -1e9], (4, 1))
     planes = [[value / volume for value in line] for line in lines]
     planes.append([sum((planes[k][c] * (z[k] + w[k]) for k in range(3)), Fraction(0)) for c in range(3)])
-    depth = [float(sum((planes[k][c] * (w[k] - z[k]) / 2 for k in range(3)), Fraction(0))) for c in range(3)]
     lengths = [float(plane[0] ** 2 + plane[1] ** 2) ** 0.5 or 1.0 for plane in planes]
     units = [[float(value) / length for value in plane] for plane, length in zip(planes, lengths, strict=True)]
-    return np.array(units), np.array(depth)
+    return np.array(units)
 
 
 def check_unclipped(
@@ -177,12 +175,12 @@ def check_unclipped(
 ) -> tuple[int, list[str]]:
     """Compare drawing without clipping with drawing what is clipped, as the contract has it.
 
-    A sample may show something else where one of the two triangles concerned is cut and the sample lies in the band about an
-    edge of what is left of it, or where their depths meet within the band. A depth may differ by what it changes over the band.
+    A sample may show another triangle where one of the two is cut and the sample lies in the band about an edge of what is left
+    of it. Where both show the same triangle its depth is the same, bit for bit.
 
     Returns
     -------
-    The number of samples that show another triangle, and a line for every one that has no right to.
+    The number of samples that show another triangle, and a line for every one that has no right to what it shows.
     """
     band = max(BAND, 2.0 / (1 << subpixel_bits))
     cut = np.r_[is_cut(clip, triangles, size), False]
@@ -190,26 +188,18 @@ def check_unclipped(
     (seen, other_seen), (depth, other_depth) = (
         [getattr(each, name).reshape(shape) for each in (expected, found)] for name in ("primitive", "depth")
     )
-    planes: dict[int, tuple[Floats, Floats]] = {}
+    planes: dict[int, Floats] = {}
     wrong, elsewhere = [], 0
     for y, x, s in np.argwhere((seen != other_seen) | (depth != other_depth)).tolist():
         numbers = (int(seen[y, x, s]), int(other_seen[y, x, s]))
-        elsewhere += numbers[0] != numbers[1]
         place = np.array([x + POSITIONS[samples][s][0] / 16, y + POSITIONS[samples][s][1] / 16, 1.0])
-        is_near_edge, depths, slope = False, [], 0.0
-        for n in numbers:
-            if n >= 0:
+        is_near_edge = False
+        for n in numbers if numbers[0] != numbers[1] else ():
+            if n >= 0 and cut[n]:
                 planes[n] = planes[n] if n in planes else screen_planes(clip[triangles[n]], size)
-                least = float((planes[n][0] @ place).min())
-                is_near_edge |= bool(cut[n]) and abs(least) <= band
-                depths.append(float(planes[n][1] @ place))
-                slope += float(np.hypot(*planes[n][1][:2]))
-
-        # Two triangles meet where their exact depths do; of one triangle, the two depths found must be near to each other.
-        is_one = numbers[0] == numbers[1]
-        pair = [float(depth[y, x, s]), float(other_depth[y, x, s])] if is_one else depths
-        meets = len(pair) == 2 and abs(pair[0] - pair[1]) <= slope * band + DEPTH_SHARE * max(abs(pair[0]), abs(pair[1]))
-        if not (is_near_edge or (meets and (cut[numbers[0]] or cut[numbers[1]]))):
+                is_near_edge |= bool(abs(float((planes[n] @ place).min())) <= band)
+        elsewhere += numbers[0] != numbers[1]
+        if not is_near_edge:
             wrong.append(f"pixel ({x}, {y}), sample {s}: {numbers[0]} at {depth[y, x, s]!r}, "
                          f"without clipping {numbers[1]} at {other_depth[y, x, s]!r}")  # fmt: skip
     return elsewhere, wrong

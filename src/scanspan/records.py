@@ -41,7 +41,7 @@ class ScreenPolygons(NamedTuple):
     fill_rule: Int64Array  # (P,)
     slot: Int32Array  # (P,) row of ScreenTriangles
     planes: Float64Array  # (P, 7) as in ScreenTriangles
-    starts: Int64Array  # (P, 3) the last three of limits there
+    starts: Int64Array  # (P, 4) the last four of limits there
 
 
 class DrawList(NamedTuple):
@@ -75,13 +75,13 @@ class ScreenTriangles(NamedTuple):
     source: Int32Array  # (N,) the input triangle that each belongs to
     piece: Int32Array  # (N,) row of weights, -1 for a triangle that was not cut
     weights: Float64Array  # (P, 3, 3) weights[p, c, k]: share of the source's corner k in corner c of piece p; for a triangle
-    # with an outline, the share of corner k at (x, y) in sub-pixels is proportional to weights[p, k] . (x, y, 1)
+    # that was not clipped, the share of corner k at (x, y) in sub-pixels is proportional to weights[p, k] . (x, y, 1)
     inner: UInt8Array  # (N,) bit i set: the edge opposite corner i was made by clipping; bit 3: a polygon, which reaches beyond
-    # its three corners
+    # its three corners; bit 4: a triangle that crosses a plane of the camera and was not clipped
     outline: Int32Array  # (N,) row of lines, limits and planes, -1 for a triangle bounded by the edges between its corners
     lines: Int64Array  # (R, 3, 4) a, b, q_x, q_y: at (x, y) the edge value is a (x - q_x) + b (y - q_y); all 0 is no edge
-    limits: Int64Array  # (R, 7) sub-pixels: lowest and highest x and y, both included; the point that the plane starts from;
-    # and 1 where it is clockwise as seen, -1 counter-clockwise
+    limits: Int64Array  # (R, 8) sub-pixels: lowest and highest x and y, both included; the point that the plane starts from;
+    # 1 where it is clockwise as seen, -1 counter-clockwise; and the bits of `inner`
     planes: Float64Array  # (R, 7) depth at that point, its slopes in a sub-pixel, the depths it is cut off at, and those it has
     integers: Int64Array  # (R, 19) and
     floats: Float64Array  # (R, 7) the fields of the TriangleSetup of each outline; made in raster/ for one Sampling

@@ -4,7 +4,7 @@ Keeps z >= -w and w > 0; z <= w only for a camera with a far plane. There is no 
 bounds of a triangle do that; only what projects beyond 2^24 px is cut back to it, so that fixed point can hold it.
 
 A cut triangle becomes a fan of pieces. Each keeps weights, the share of the source's corners in its own, so that any
-attribute can be interpolated later without having been clipped, and lies on the triangle's own plane of depth. A cut point is
+attribute can be interpolated later without having been clipped, and has the triangle's own plane of depth. A cut point is
 computed from the end that is inside towards the end that is outside: two triangles that share the edge get the identical
 point, and no crack opens.
 
@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.geometry.depth_plane import lay_pieces
+from scanspan.geometry.depth_plane import outline_pieces
 from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.geometry.project import no_outlines, plane_distance, project
+from scanspan.geometry.project import no_outlines, plane_distance, project, room_for_outlines
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float64Array, Int32Array, ScreenTriangles, UInt8Array
 
@@ -198,9 +198,12 @@ def to_screen(
     )
     added = project(vertices[:n_vertices], planes, size, subpixel_bits)
     middle = np.array([size[0] / 2, size[1] / 2, float(1 << subpixel_bits)])
-    lay_pieces(
-        clip, seen.xy, seen.depth, seen.outcodes, triangles, middle, corners[:n], source[:n], piece[:n], added.xy, added.depth
-    )
+    fields = no_outlines(n) | room_for_outlines(n_pieces)
+    rows = outline_pieces(
+        clip, seen.xy, seen.depth, seen.outcodes, triangles, middle, corners[:n], source[:n], inner[:n], piece[:n], weights,
+        added.xy, fields["outline"], fields["lines"], fields["limits"], fields["planes"],
+    )  # fmt: skip
+    fields |= {name: fields[name][:rows].copy() for name in ("lines", "limits", "planes")}
     return ScreenTriangles(
         xy=np.concatenate([seen.xy, added.xy]),
         depth=np.concatenate([seen.depth, added.depth]),
@@ -210,5 +213,5 @@ def to_screen(
         piece=piece[:n].copy(),
         weights=weights[:n_pieces].copy(),
         inner=inner[:n].copy(),
-        **no_outlines(n),
+        **fields,
     )

@@ -5,8 +5,9 @@ where the rows of M are the corners (x, y, w). The rows of the inverse are the j
 triangle's edges as homogeneous lines. All sums are made in an order of the corners that does not depend on how the triangle
 was listed.
 
-The pieces that clipping makes of a triangle take their depths from its plane, and so does the triangle that is not clipped
-(raster/homogeneous_edges.py): cut points are snapped, and planes of their own would be turned by that.
+The pieces that clipping makes of a triangle have its plane, and so does the triangle that is not clipped
+(raster/homogeneous_edges.py): cut points are snapped, and planes of their own would be turned by that. So both ways give the
+same depth, bit for bit.
 
 Source: Olano and Greer 1997.
 """
@@ -17,10 +18,12 @@ import math
 
 import numpy as np
 
+from scanspan.geometry.fixed_point import halves_sign, product_halves
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Float64Array, Int32Array, Int64Array, UInt8Array
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, UInt8Array
 
 NEAR_CODE, FAR_CODE = 1, 64  # bits of the near and the far plane in an outcode; a corner outside of these alone has an image
+UNCUT = 16  # bit of `inner`: the triangle crosses a plane of the camera and was not clipped
 SPLIT = 2.0**27 + 1.0  # Dekker's constant
 NO_VOLUME = 2.0**-50  # as a share of what is added up; such a plane goes through the eye
 
@@ -144,20 +147,71 @@ def write_plane(
             found = True
 
 
+@helper_kernel
+def exchange(corners: Int32Array, weights: Float64Array, i: int, j: int) -> None:
+    """Exchange two corners of a piece and their weights.
+
+    Shapes  corners: (3,), weights: (3, 3).
+    """
+    corners[i], corners[j] = corners[j], corners[i]
+    for k in range(3):
+        weights[i, k], weights[j, k] = weights[j, k], weights[i, k]
+
+
+@helper_kernel
+def is_above(xy: Int64Array, i: Integer, j: Integer) -> bool:
+    """Say whether point i comes before point j in (y, x)."""
+    return bool(xy[i, 1] < xy[j, 1] or (xy[i, 1] == xy[j, 1] and xy[i, 0] < xy[j, 0]))
+
+
+@helper_kernel
+def put_in_order(
+    corners: Int32Array, weights: Float64Array, inner: UInt8Array, n: int, piece_xy: Int64Array, first_row: int
+) -> Integer:
+    """Put the corners of piece n in canonical order: clockwise, the first in (y, x) first; return how it ran, -1, 0 or 1.
+
+    Shapes  corners: (3,), weights: (3, 3), a row of each; inner: (N,); piece_xy: (V', 2), its row 0 being corner first_row.
+    """
+    p, q, r = corners[0] - first_row, corners[1] - first_row, corners[2] - first_row
+    across, down, far_across, far_down = (
+        piece_xy[q, 0] - piece_xy[p, 0], piece_xy[q, 1] - piece_xy[p, 1],
+        piece_xy[r, 0] - piece_xy[p, 0], piece_xy[r, 1] - piece_xy[p, 1],
+    )  # fmt: skip
+    turn = halves_sign(*product_halves(across, -down, far_down, far_across))
+
+    # Turn the other two round if it runs the other way, then each forward until the first is in front.
+    bits = np.int64(inner[n])
+    if turn < 0:
+        exchange(corners, weights, 1, 2)
+        bits = (bits & 1) | (bits & 2) << 1 | (bits & 4) >> 1
+    for _ in range(2):
+        p, q, r = corners[0] - first_row, corners[1] - first_row, corners[2] - first_row
+        if is_above(piece_xy, q, p) or is_above(piece_xy, r, p):
+            exchange(corners, weights, 0, 1)
+            exchange(corners, weights, 1, 2)
+            bits = (bits >> 1) | (bits & 1) << 2
+    inner[n] = np.uint8(bits)
+    return turn
+
+
 @kernel
-def lay_pieces(
+def outline_pieces(
     clip: Float64Array, xy: Int64Array, depth: Float64Array, outcodes: UInt8Array, triangles: Int32Array, middle: Float64Array,
-    corners: Int32Array, source: Int32Array, piece: Int32Array, piece_xy: Int64Array, piece_depth: Float64Array,
-) -> None:  # fmt: skip
-    """Put the corners of pieces onto the plane of depth of the triangle that they come from.
+    corners: Int32Array, source: Int32Array, inner: UInt8Array, piece: Int32Array, weights: Float64Array, piece_xy: Int64Array,
+    outline: Int32Array, lines: Int64Array, limits: Int64Array, planes: Float64Array,
+) -> Integer:  # fmt: skip
+    """Give pieces an outline: their own three edges, with the plane of depth of the triangle that they come from.
+
+    A piece without area, or of a triangle whose plane goes through the eye, gets none. Returns how many there are.
 
     Shapes  clip: (V, 4), xy: (V, 2), depth: (V,), outcodes: (V,), of the corners as given; triangles: (T, 3); corners: (N, 3),
-            source: (N,), piece: (N,) as in ScreenTriangles; piece_xy: (V', 2) and piece_depth: (V',) written, of the corners
-            from row V on, which no two triangles share.
+            source: (N,), inner: (N,), piece: (N,), weights: (P, 3, 3) as in ScreenTriangles, of which the corners of pieces are
+            put in order; piece_xy: (V', 2) of the corners from row V on; outline: (N,), -1 throughout, lines, limits, planes:
+            as there and long enough, written.
     """
     points, joins = np.empty((3, 5)), np.empty((3, 3))
     start, plane = np.zeros(2, np.int64), np.zeros(3)
-    volume, before = 0.0, np.int64(-1)
+    volume, before, m = 0.0, np.int64(-1), np.int64(0)
     for n in range(corners.shape[0]):
         if piece[n] < 0:
             continue
@@ -166,8 +220,23 @@ def lay_pieces(
             volume = find_joins(clip, triangles[before], middle, points, joins)
             if volume != 0.0:
                 write_plane(triangles[before], xy, depth, outcodes, points, joins, volume, middle, start, plane)
-        if volume != 0.0:
-            for k in range(3):
-                v = corners[n, k] - clip.shape[0]
-                across, down = np.float64(piece_xy[v, 0] - start[0]), np.float64(piece_xy[v, 1] - start[1])
-                piece_depth[v] = plane[0] + (across * plane[1] + down * plane[2])
+        turn = put_in_order(corners[n], weights[piece[n]], inner, n, piece_xy, clip.shape[0])
+        if volume == 0.0 or turn == 0:
+            continue
+
+        # Bound it by the lines between its corners, the inner side to the positive.
+        p, q, r = corners[n, 0] - clip.shape[0], corners[n, 1] - clip.shape[0], corners[n, 2] - clip.shape[0]
+        p_x, p_y, q_x, q_y, r_x, r_y = (
+            piece_xy[p, 0], piece_xy[p, 1], piece_xy[q, 0], piece_xy[q, 1], piece_xy[r, 0], piece_xy[r, 1],
+        )  # fmt: skip
+        lines[m, 0, 0], lines[m, 0, 1], lines[m, 0, 2], lines[m, 0, 3] = q_y - r_y, r_x - q_x, q_x, q_y
+        lines[m, 1, 0], lines[m, 1, 1], lines[m, 1, 2], lines[m, 1, 3] = r_y - p_y, p_x - r_x, r_x, r_y
+        lines[m, 2, 0], lines[m, 2, 1], lines[m, 2, 2], lines[m, 2, 3] = p_y - q_y, q_x - p_x, p_x, p_y
+        limits[m, 0], limits[m, 1] = min(p_x, q_x, r_x), max(p_x, q_x, r_x)
+        limits[m, 2], limits[m, 3] = min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+        limits[m, 4], limits[m, 5], limits[m, 6], limits[m, 7] = start[0], start[1], turn, np.int64(inner[n])
+        planes[m, 0], planes[m, 1], planes[m, 2] = plane[0], plane[1], plane[2]
+        planes[m, 3], planes[m, 4], planes[m, 5], planes[m, 6] = -np.inf, np.inf, -np.inf, np.inf
+        outline[n] = m
+        m += 1
+    return m

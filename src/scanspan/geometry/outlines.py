@@ -122,8 +122,8 @@ def depth_planes(xy: Int64Array, depth: Float64Array, corners: Int32Array) -> tu
 
     Returns
     -------
-    (P, 7) depth at a corner, slopes in a sub-pixel, no cut and no range; (P, 3) that corner's x and y, and 1 for clockwise, -1
-    for not.
+    (P, 7) depth at a corner, slopes in a sub-pixel, no cut and no range; (P, 4) that corner's x and y, 1 for clockwise and -1
+    for not, and 0: no edge was made by clipping.
     """
     p, q, r = corners[:, 0], corners[:, 1], corners[:, 2]
     to_q, to_r = (xy[q] - xy[p]).astype(np.float64), (xy[r] - xy[p]).astype(np.float64)
@@ -133,7 +133,8 @@ def depth_planes(xy: Int64Array, depth: Float64Array, corners: Int32Array) -> tu
     slope_x = (of_q * to_r[:, 1] - of_r * to_q[:, 1]) * scale
     slope_y = (of_r * to_q[:, 0] - of_q * to_r[:, 0]) * scale
     no_cut = np.full(len(p), np.inf)
-    starts = np.concatenate([xy[p], np.sign(area).astype(np.int64)[:, None]], axis=1)
+    turn = np.sign(area).astype(np.int64)
+    starts = np.stack([xy[p, 0], xy[p, 1], turn, np.zeros_like(turn)], axis=1)
     return np.stack([depth[p], slope_x, slope_y, -no_cut, no_cut, -no_cut, no_cut], axis=1), starts
 
 

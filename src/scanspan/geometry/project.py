@@ -76,13 +76,20 @@ def project(clip: Float64Array, planes: Float64Array, size: tuple[int, int], sub
     return Projected(xy, depth, outcodes, int(found))
 
 
+def room_for_outlines(count: int) -> dict[str, Array]:
+    """Return the fields of ScreenTriangles that hold outlines, of nothing yet."""
+    return {
+        "lines": np.zeros((count, 3, 4), np.int64),
+        "limits": np.zeros((count, 8), np.int64),
+        "planes": np.zeros((count, 7)),
+    }
+
+
 def no_outlines(count: int) -> dict[str, Array]:
     """Return the fields of ScreenTriangles that say that none of its triangles has an outline of its own."""
     return {
         "outline": np.full(count, -1, np.int32),
-        "lines": np.empty((0, 3, 4), np.int64),
-        "limits": np.empty((0, 7), np.int64),
-        "planes": np.empty((0, 7)),
+        **room_for_outlines(0),
         "integers": np.empty((0, 19), np.int64),
         "floats": np.empty((0, 7)),
     }

@@ -25,9 +25,9 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.clip import MAX_CORNERS, clip_planes, cut_polygon
-from scanspan.geometry.depth_plane import FAR_CODE, NEAR_CODE, find_joins, has_image, write_plane
+from scanspan.geometry.depth_plane import FAR_CODE, NEAR_CODE, UNCUT, find_joins, has_image, write_plane
 from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.geometry.project import no_outlines, project, snap
+from scanspan.geometry.project import no_outlines, project, room_for_outlines, snap
 from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.order import visit_hilbert, visit_morton, visit_serpentine, visit_tiles
@@ -170,15 +170,16 @@ def without_clipping(
     rows, count = int(crossing.sum()), len(kept)
     outline = np.full(count, -1, np.int32)
     outline[crossing] = np.arange(rows, dtype=np.int32)
-    limits = np.zeros((rows, 7), np.int64)
-    limits[:, :4] = EMPTY_BOX
-    lines, planes, weights = np.zeros((rows, 3, 4), np.int64), np.zeros((rows, 7)), np.zeros((rows, 3, 3))
+    fields, weights = no_outlines(count) | {"outline": outline} | room_for_outlines(rows), np.zeros((rows, 3, 3))
+    fields["limits"][:, :4] = EMPTY_BOX
     middle = np.array([size[0] / 2, size[1] / 2, float(1 << subpixel_bits)])
-    outline_kernel(clip, seen.xy, seen.depth, seen.outcodes, corners[crossing], cut, middle, lines, limits, planes, weights)
-    fields = no_outlines(count) | {"outline": outline, "lines": lines, "limits": limits, "planes": planes}
+    outline_kernel(
+        clip, seen.xy, seen.depth, seen.outcodes, corners[crossing], cut, middle,
+        fields["lines"], fields["limits"], fields["planes"], weights,
+    )  # fmt: skip
     return ScreenTriangles(
         xy=seen.xy, depth=seen.depth, clip=clip, corners=corners, source=kept.astype(np.int32),
-        piece=outline, weights=weights, inner=np.zeros(count, np.uint8), **fields,
+        piece=outline, weights=weights, inner=np.where(crossing, np.uint8(UNCUT), np.uint8(0)), **fields,
     )  # fmt: skip
 
 

@@ -10,8 +10,9 @@ accurate on slivers, where a plane in x and y loses what the division by a tiny 
 a sample are the price. Only where an edge value would not fit (s above 12 and a vertex far away) is it the plane in x and y.
 
 Some things are bounded by lines that do not join corners on the grid: a trapezoid of a polygon (polygon.py), a triangle that
-reaches behind the eye (homogeneous_edges.py). Such an outline has its lines, its box and its plane of depth given, and gets a
-setup of the same kind, so that every algorithm can draw it.
+reaches behind the eye (homogeneous_edges.py). The pieces of a clipped triangle have its plane of depth, not one of their own.
+Such an outline has its lines, its box and its plane of depth given, and gets a setup of the same kind, so that every algorithm
+can draw it.
 
 Source: the plane equations of the lectures, with the error of rounding A, B and C apart mended by snapping the vertices.
 """
@@ -216,12 +217,12 @@ def plane_start(
 
 
 @helper_kernel
-def line_start(lines: Int64Array, m: Integer, k: int, x: Integer, y: Integer, sampling: Sampling) -> Integer:
+def line_start(lines: Int64Array, m: Integer, k: int, is_inner: bool, x: Integer, y: Integer, sampling: Sampling) -> Integer:
     """Return the value of line k of outline m at a sample, with the bias in it, divided by 2^s and floored."""
     a, b, q_x, q_y = lines[m, k, 0], lines[m, k, 1], lines[m, k, 2], lines[m, k, 3]
     if a == 0 and b == 0:
         return np.int64(0)
-    bias = line_bias(a, b, q_x, q_y, False, sampling)
+    bias = line_bias(a, b, q_x, q_y, is_inner, sampling)
     high, low = product_halves(a, b, x - q_x, y - q_y)
     return edge_start(high, low, bias, sampling.subpixel_bits)
 
@@ -250,8 +251,10 @@ def set_up_outline(lines: Int64Array, limits: Int64Array, planes: Float64Array, 
         return EMPTY
     x = (x_start << s) + sampling.sample_x
     y = (y_start << s) + sampling.sample_y
-    f0, f1 = line_start(lines, m, 0, x, y, sampling), line_start(lines, m, 1, x, y, sampling)
-    f2 = line_start(lines, m, 2, x, y, sampling)
+    inner = limits[m, 7]
+    f0 = line_start(lines, m, 0, inner & 1 != 0, x, y, sampling)
+    f1 = line_start(lines, m, 1, inner & 2 != 0, x, y, sampling)
+    f2 = line_start(lines, m, 2, inner & 4 != 0, x, y, sampling)
 
     # Hold the depth of pixels to the range of what is seen; move the cut by what depth changes towards a pixel's corners.
     along_x, along_y, low, high = planes[m, 1], planes[m, 2], planes[m, 3], planes[m, 4]

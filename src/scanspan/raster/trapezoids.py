@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.geometry.project import no_outlines
+from scanspan.geometry.project import no_outlines, room_for_outlines
 from scanspan.raster.polygon import EVEN_ODD, NON_ZERO, cut_trapezoids
 from scanspan.records import Int32Array, Int64Array, Sampling, ScreenPolygons, ScreenTriangles
 
@@ -58,10 +58,9 @@ def flat_trapezoids(xy: Int64Array, starts: Int32Array, fill_rule: int, value: f
     whole = np.array([0, len(starts) - 1], np.int32)
     _, sides, limits = cut_trapezoids(xy, starts, whole, fill_rule, sampling)
     count = len(sides)
-    lines, box = np.zeros((count, 3, 4), np.int64), np.zeros((count, 7), np.int64)
-    lines[:, 1:], box[:, :4] = sides, limits
-    planes = np.tile([value, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf], (count, 1))
-    fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32), "lines": lines, "limits": box, "planes": planes}
+    fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32)} | room_for_outlines(count)
+    fields["lines"][:, 1:], fields["limits"][:, :4] = sides, limits
+    fields["planes"][:] = (value, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf)
     zeros = np.zeros(count, np.int32)
     return ScreenTriangles(
         xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),

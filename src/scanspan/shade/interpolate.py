@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.geometry.depth_plane import UNCUT
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.geometry.outlines import REACHES_OUT
 from scanspan.jit import helper_kernel, kernel
@@ -43,7 +44,7 @@ def barycentric_kernel(
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
     xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
-    piece, weights, outline, inner = triangles.piece, triangles.weights, triangles.outline, triangles.inner
+    piece, weights, inner = triangles.piece, triangles.weights, triangles.inner
     for j in range(slots.shape[0]):
         y = ((y_start + j) << subpixel_bits) + sample_y
         for i in range(slots.shape[1]):
@@ -56,7 +57,7 @@ def barycentric_kernel(
             x = (i << subpixel_bits) + sample_x
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
             m = piece[n]
-            if outline[n] >= 0:
+            if inner[n] & UNCUT:
                 e0, e1, e2 = (
                     line_weight(weights, m, 0, x, y),
                     line_weight(weights, m, 1, x, y),
@@ -77,7 +78,7 @@ def barycentric_kernel(
             w0, w1, w2 = w0 / total, w1 / total, w2 / total
 
             # Carry the weights of a piece over to its source.
-            if m >= 0 and outline[n] < 0:
+            if m >= 0 and inner[n] & UNCUT == 0:
                 for k in range(3):
                     out[j, i, k] = (w0 * weights[m, 0, k] + w1 * weights[m, 1, k]) + w2 * weights[m, 2, k]
             else:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.geometry.depth_plane import UNCUT
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float32Array, Int32Array, Integer, ScreenTriangles, UInt8Array
@@ -48,10 +49,11 @@ def overlay_edges_kernel(
                 continue
             x = (i << subpixel_bits) + sample_x
             p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-            m = outline[n]
-            is_whole = triangles.piece[n] < 0 or m >= 0
+            is_uncut = triangles.inner[n] & UNCUT != 0
+            is_whole = triangles.piece[n] < 0 or is_uncut
             hidden = triangles.inner[n] | inner[triangles.source[n]] if is_whole else triangles.inner[n]
-            if m >= 0:
+            if is_uncut:
+                m = outline[n]
                 for k in range(3):
                     distance = line_distance(lines[m, k, 0], lines[m, k, 1], lines[m, k, 2], lines[m, k, 3], x, y)
                     if hidden >> k & 1 == 0 and distance <= limit:
