@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import scanspan as ss
+from scanspan.geometry import dice as dicing
 from scanspan.geometry.dice import dice
 from scanspan.shade.color import encode_srgb, linear_from_srgb8
 
@@ -239,6 +240,27 @@ def test_an_edge_without_a_number_in_its_middle_is_left(last: Any) -> None:
     camera = ss.Camera.from_matrix(view, np.diag([0.25, 0.25, -1.0, 1.0]))
     assert pixel_lengths(mesh, camera, (64, 64)).max() >= 32
     assert len(dice(mesh, camera, (64, 64), max_triangles=100).triangles) == 1
+
+
+def test_an_absurd_length_is_refused_before_anything_is_split(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_split(*arguments: Any) -> Any:
+        raise AssertionError("it splits")
+
+    monkeypatch.setattr(dicing, "split", no_split)
+    with pytest.raises(
+        ss.LimitError, match=r"dice: at least \d{14,} triangles for edges of 1e-06 pixels, the limit is max_tri"
+    ):
+        dice(floor(), ABOVE, (64, 64), pixels=1e-6)
+    with pytest.raises(AssertionError, match="it splits"):
+        dice(floor(), ABOVE, (64, 64), pixels=1)
+
+
+@pytest.mark.parametrize("pixels", [0.7, 1.0, 3.0, 9.0, 40.0])
+def test_no_fewer_triangles_come_than_are_needed(pixels: float) -> None:
+    for mesh in (floor(), icosahedron()):
+        diced = dice(mesh, ABOVE, (64, 64), pixels=pixels)
+        view = dicing.make_view(ABOVE, (64, 64), pixels, 10**6)
+        assert 0 < dicing.count_needed(dicing.open_mesh(mesh), view) <= len(diced.triangles)
 
 
 def test_an_empty_mesh_stays_empty() -> None:

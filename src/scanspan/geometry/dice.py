@@ -35,6 +35,7 @@ from scanspan.homogeneous import finite_number, quote, transform_points
 from scanspan.records import Array, BoolArray, Float64Array, Int32Array
 
 MAX_TRIANGLES = 20_000_000  # by default; up to 400 bytes each while they are made
+ROOM = 2.0**-20  # of the distance to the origin; a triangle of that size can be halved some thirty times
 REACH_ROUNDS = 4  # times that the view is widened for a function that reaches further than it did where it was asked before
 DISPLACED_ROUNDS = 2  # rounds by the lengths of displaced edges: they may be four times as long as those they come from
 
@@ -138,8 +139,27 @@ def check_limit(count: int, view: View) -> None:
         raise LimitError(f"dice: {needed}, the limit is max_triangles={view.max_triangles}")
 
 
+def count_needed(surface: Surface, view: View) -> int:
+    """Return how many triangles there will be at least, so that absurd requests are refused at once.
+
+    What is wholly in view keeps its area on the screen, and three edges of a length enclose sqrt(3) / 4 of its square at most.
+    Triangles so small and so far from the origin that they may run out of numbers do not count.
+    """
+    with np.errstate(all="ignore"):
+        corners = surface.positions[surface.triangles]
+        inside = (find_outcodes(surface.positions, view, 0.0) == 0)[surface.triangles].all(axis=1)
+        inside &= np.ptp(corners, axis=1).max(axis=1) > ROOM * np.abs(corners).max(axis=(1, 2))
+        pixel = to_pixels(transform_points(view.matrix, surface.positions), view)
+        p, q, r = (pixel[surface.triangles[inside, k]] for k in range(3))
+        doubled = (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
+        area = float(np.nansum(np.abs(doubled)) / 2)
+        needed = area / (math.sqrt(3) / 4 * view.pixels) / view.pixels if view.pixels > 0 else math.inf
+    return int(min(needed * 0.999, 1e18))
+
+
 def refine(surface: Surface, view: View, reach: float = 0.0) -> Surface:
     """Split edges until none is long, those too that come within reach of the view."""
+    check_limit(count_needed(surface, view), view)
     while True:
         marks = find_long_edges(surface.triangles, surface.positions, surface.positions, view, reach)
         if not marks.any():

@@ -25,6 +25,7 @@ from scanspan.geometry.subdivide import Surface, unit
 from scanspan.homogeneous import quote
 from scanspan.records import Array, BoolArray, Float64Array, Int32Array, Int64Array
 
+FARTHEST = 1e100  # units of the world that a displacement may reach, so that its square is a number
 Displacement = Callable[[Float64Array, Float64Array, Float64Array | None], Any]
 
 
@@ -217,11 +218,11 @@ def as_offsets(moved: Any, normals: Float64Array, positions: Float64Array) -> Fl
     n = len(positions)
     if values.shape not in ((n,), (n, 3)):
         raise InputError(f"what displacement returned: expected shape ({n},) or ({n}, 3), got {values.shape}")
-    finite: BoolArray = np.asarray(np.isfinite(values.reshape(n, -1)).all(axis=1))
+    finite: BoolArray = np.asarray((np.abs(values.reshape(n, -1).astype(np.float64)) <= FARTHEST).all(axis=1))
     if not finite.all():
         first = int(np.argmin(finite))
         where = quote(tuple(positions[first].tolist()))
-        raise InputError(f"displacement at {where} is {quote(values[first].tolist())}: expected finite numbers")
+        raise InputError(f"displacement at {where} is {quote(values[first].tolist())}: expected numbers within {FARTHEST:g}")
     offsets: Float64Array = np.asarray(values, np.float64).reshape(n, -1)
     return offsets * normals if values.ndim == 1 else offsets
 
