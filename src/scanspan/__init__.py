@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
     from scanspan.assets.load import load as load
     from scanspan.assets.material import Material as Material
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from scanspan.raster.algorithms import ALGORITHMS as ALGORITHMS
     from scanspan.raster.algorithms import ORDERS as ORDERS
     from scanspan.raster.options import OffscreenPoint as OffscreenPoint
+    from scanspan.shade.colormap import colorize as colorize
     from scanspan.target.frame import Frame as Frame
     from scanspan.target.visibility import Visibility as Visibility
     from scanspan.target.visibility import merge as merge
@@ -64,6 +66,8 @@ _HOMES = {
     "Segments": "assets.shapes",
     "Texture": "assets.material",
     "Visibility": "target.visibility",
+    "aggregate": "aggregates",
+    "colorize": "shade.colormap",
     "count": "pipeline",
     "coverage": "masks",
     "dice": "geometry.dice",
