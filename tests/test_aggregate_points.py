@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import doctest
 import importlib.util
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -202,3 +204,11 @@ def test_kernels_give_the_same_as_plain_python(rng: np.random.Generator) -> None
             ordered.append((starts.tolist(), places.tolist(), kept.tolist()))
         assert ordered[0] == ordered[1]
         assert ordered[0][1] == sorted(out.tolist(), key=lambda place: place >> 3)
+
+
+def test_the_examples_in_the_documentation_run(repository: Path) -> None:
+    failed, tried = doctest.testfile(
+        str(repository / "docs" / "aggregation.md"), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE
+    )
+    assert tried > 10
+    assert failed == 0
