@@ -148,6 +148,7 @@ def test_segments_are_cut_only_where_they_must() -> None:
     ends = np.array([
         [(0, 0), (5, 5)], [(-far, 3), (far, 3)], [(far, far), (far, -far)], [(0, 0), (far, 0)], [(-far, 0), (0, -far)],
         [(2.0**24, 0), (0, 2.0**24)], [(0, -far), (0, 1e150)],
+        [(far, 0), (far, 5e-324)],
     ])  # fmt: skip
     cut, number = cut_segments(ends)
     side = 2.0**23

@@ -68,7 +68,7 @@ def cut_segments(ends: Float64Array) -> tuple[Float64Array, Int64Array]:
             a_beyond, b_beyond = sign * a[:, axis] > REACH, sign * b[:, axis] > REACH
             meets &= ~(a_beyond & b_beyond)
             inner, outer = np.where(a_beyond[:, None], b, a), np.where(a_beyond[:, None], a, b)
-            with np.errstate(invalid="ignore", divide="ignore"):
+            with np.errstate(all="ignore"):  # of those that are not cut, whatever comes out is not used
                 share = (sign * REACH - inner[:, axis]) / (outer[:, axis] - inner[:, axis])
                 border = inner + share[:, None] * (outer - inner)
             border[:, axis] = sign * REACH
