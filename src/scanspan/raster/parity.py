@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from scanspan.geometry.fill_rule import is_filled
 from scanspan.geometry.fixed_point import product_halves
 from scanspan.jit import inline_kernel
 from scanspan.raster.edge import edge_start
-from scanspan.raster.polygon import is_filled
 from scanspan.raster.setup import pixels_between
 from scanspan.records import Array, Int32Array, Int64Array, Sampling
 
