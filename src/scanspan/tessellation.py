@@ -53,12 +53,14 @@ def triangulate(
 
     >>> mesh = triangulate([(0, 0), (4, 4), (4, 0), (0, 4)], attributes={"height": [0, 4, 4, 0]})
     >>> mesh.triangles.tolist()
-    [[4, 0, 3], [1, 2, 4]]
+    [[3, 4, 0], [1, 2, 4]]
     >>> mesh.positions[4].tolist(), mesh.attributes["height"][4].tolist()
     ([2.0, 2.0, 0.0], [2.0])
     """
     if fill_rule not in FILL_RULES:
         raise unknown_name("fill rule", fill_rule, FILL_RULES)
+    if attributes is not None and not isinstance(attributes, Mapping):
+        raise InputError(f"attributes: expected a mapping of names to values, got {type(attributes).__name__}")
     bits = check_subpixel_bits(subpixel_bits)
     listed = list_rings(rings)
     numbers, starts = number_rings(listed)

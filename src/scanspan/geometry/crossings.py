@@ -1,8 +1,8 @@
 """Where edges cross, and which of them pass close by a point: both exact, both by cutting the plane into cells.
 
-A cell with many edges is halved, across its longer side, until few are left, and then all pairs are looked at. Which edges reach
-a cell is decided in float64 with a margin, because it only spares work; everything else is exact. A crossing belongs to the
-cell that its rounded point lies in, so each is found once.
+A cell with many edges is halved, across its longer side, until few are left, and then all pairs are looked at. Which edges
+reach a cell is decided in float64 with a margin, because it only spares work; everything else is exact. A crossing belongs to
+the cell that its rounded point lies in, so each is found once.
 
 Price: cells are found quickly where edges are short or cross often. Many long edges that run side by side and hardly cross stay
 together, and cost the square of their number.
@@ -65,7 +65,8 @@ def carry_limbs(limbs: Int64Array, row: int) -> Integer:
     for i in range(LIMBS - 1):
         limbs[row, i + 1] += limbs[row, i] >> HALF_BITS
         limbs[row, i] &= HALF_MASK
-    return limbs[row, LIMBS - 1]
+    top: Integer = limbs[row, LIMBS - 1]
+    return top
 
 
 @helper_kernel
@@ -204,12 +205,10 @@ def visit_cells(
     Shapes  ends: (E, 4) x, y of the upper and the lower end of each edge; points: (P, 2), or none if only edges are asked for.
     """
     edges, hot = ends.shape[0], points.shape[0]
-    lines, edge_list, point_list = (
-        np.empty((edges, 8)),
-        np.empty((2 * edges + 1, 1), np.int64),
-        np.empty((hot + 1, 1), np.int64),
-    )
-    found, total, limbs = np.empty((64, 4), np.int64), np.int64(0), np.empty((LIMB_COUNT, LIMBS), np.int64)
+    edge_list, point_list = np.empty((2 * edges + 1, 1), np.int64), np.empty((2 * hot + 1, 1), np.int64)
+    lines = np.empty((edges, 8))
+    found, limbs = np.empty((64, 4), np.int64), np.empty((LIMB_COUNT, LIMBS), np.int64)
+    total: Integer = np.int64(0)
     cells = np.empty((MOST_CELLS, 9), np.int64)
     if edges == 0:
         return found, total
@@ -276,7 +275,7 @@ def visit_cells(
 
 
 @kernel
-def find_crossings(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, int]:
+def find_crossings(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, Integer]:
     """Return the pairs of edges that cross, (N, 4): two edges, and x, y of the point of the grid nearest to the crossing.
 
     Shapes  ends: (E, 4) x, y of the upper end, then of the lower one; points: none, (0, 2).
@@ -286,7 +285,7 @@ def find_crossings(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, in
 
 
 @kernel
-def find_passing(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, int]:
+def find_passing(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, Integer]:
     """Return which edges pass within half a sub-pixel of points, (N, 4): edge, point, whether it lies on the edge, and 0.
 
     Shapes  ends: (E, 4); points: (P, 2). The ends of an edge are left out.

@@ -1,4 +1,4 @@
-"""Noding: edges that cross, touch or overlap become edges that meet at their ends alone. Snap rounding, with as little as it can.
+"""Noding: edges that cross, touch or overlap become edges that meet at their ends alone, by snap rounding as few as it can.
 
 A crossing is not on the grid. It is rounded to the nearest point that is, and the edges through it are bent there: by half a
 sub-pixel at most in x and in y. An edge that was bent could now have a point on its wrong side; so it is bent to every point
@@ -18,7 +18,7 @@ import numpy as np
 from scanspan.errors import LimitError
 from scanspan.geometry.crossings import MOST_FOUND, find_crossings, find_passing
 from scanspan.geometry.planar_graph import PlanarGraph, join_edges, number_points, sweep_order
-from scanspan.records import Float64Array, Int64Array
+from scanspan.records import Float64Array, Int64Array, Integer
 
 NO_POINTS = np.empty((0, 2), np.int64)
 
@@ -33,7 +33,7 @@ class Noded(NamedTuple):
     share: Float64Array  # (K,) how much the lower end counts at the point that was made, 0 to 1
 
 
-def found_rows(rows: Int64Array, total: int) -> Int64Array:
+def found_rows(rows: Int64Array, total: Integer) -> Int64Array:
     """Return the rows that were found, unless there are too many."""
     if total >= MOST_FOUND:
         raise LimitError(f"rings: edges cross or touch more than {MOST_FOUND} times")
@@ -91,9 +91,8 @@ def node_edges(graph: PlanarGraph, bend_all: bool = False) -> Noded:
     joined = join_edges(points, np.minimum(start, end), np.maximum(start, end), winding, np.repeat(loose, parts))
     of_made = is_made[point]
     edge, made = edge[of_made], point[of_made]
-    return Noded(
-        joined, number, made, np.stack([upper[edge], lower[edge]], axis=1), shares(points, upper[edge], lower[edge], made)
-    )
+    share = shares(points, upper[edge], lower[edge], made)
+    return Noded(joined, number, made, np.stack([upper[edge], lower[edge]], axis=1), share)
 
 
 def shares(points: Int64Array, upper: Int64Array, lower: Int64Array, made: Int64Array) -> Float64Array:

@@ -47,7 +47,7 @@ def sweep_order(xy: Int64Array) -> Int64Array:
 
 @kernel
 def number_points(xy: Int64Array, order: Int64Array) -> tuple[Int64Array, Int64Array, Int64Array]:
-    """Number points in the order of a sweep, equal ones alike.
+    """Give points numbers in the order of a sweep, equal ones the same.
 
     Shapes  xy: (P, 2); order: (P,) as from sweep_order. Of the result: the (V, 2) different points; (P,) the number of each in
             xy; (V,) the first in xy of each.

@@ -56,7 +56,7 @@ def side_of(status: Int64Array, node: Integer, x: Integer, y: Integer) -> Intege
 @helper_kernel
 def make_link(chains: Int64Array, point: Integer, previous: Integer, after: Integer, is_cut: Integer) -> Integer:
     """Return a link of a chain, one that was given back or a fresh one."""
-    link = chains[0, NEXT]
+    link: Integer = chains[0, NEXT]
     if link != 0:
         chains[0, NEXT] = chains[link, NEXT]
     else:
@@ -191,10 +191,11 @@ def meet_chains(
     inside, and how many triangles there are.
     """
     # Split a chain in which no edge ends at the point that came last.
-    is_cut, tail, head, right_end = np.int64(0), status[left, TAIL], np.int64(0), np.int64(0)
+    nothing: Integer = np.int64(0)
+    is_cut, tail, head, right_end = nothing, status[left, TAIL], nothing, nothing
     if last == 0:
         if status[left, INSIDE] == 0:
-            return np.int64(0), np.int64(0), np.int64(0), count
+            return nothing, nothing, nothing, count
         is_cut, tail, right_end = np.int64(1), status[left, LAST], status[left, TAIL]
         after = chains[tail, NEXT]
         head = make_link(chains, chains[tail, POINT], np.int64(0), after, chains[tail, IS_CUT])
@@ -212,7 +213,7 @@ def meet_chains(
             node = links[node, AFTER]
         if status[last, INSIDE] != 0:
             head, right_end = status[last, HEAD], status[last, TAIL]
-    end, start = np.int64(0), np.int64(0)
+    end = start = nothing
     if status[left, INSIDE] != 0:
         end, count = join_right(points, chains, tail, v, is_cut, triangles, inner, count)
     if head != 0:
@@ -247,7 +248,7 @@ def place_edge(
 def sweep_polygon(
     points: Int64Array, starts: Int64Array, lower: Int64Array, winding: Int64Array, fill_rule: int, is_border: UInt8Array,
     triangles: Int32Array, inner: UInt8Array,
-) -> tuple[int, int]:  # fmt: skip
+) -> tuple[int, Integer]:  # fmt: skip
     """Sweep over a planar graph; return what was found and how many triangles.
 
     Shapes  points, starts, lower, winding: as of PlanarGraph; is_border: (E,), written: 1 where an edge has the inside on one
@@ -256,21 +257,22 @@ def sweep_polygon(
     Needs   coordinates within 2^40; as many edges wind into a point as out of it.
     Cost    O(V log V). It ends at the first crossing that it meets.
     """
-    edges, state, count = lower.shape[0], BORDERS, np.int64(0)
+    edges, state = lower.shape[0], BORDERS
+    nothing: Integer = np.int64(0)
+    count = nodes = free = nothing
     ending, standing = np.zeros(points.shape[0], np.int64), np.zeros(points.shape[0], np.int64)
     for e in range(edges):
         ending[lower[e]] += 1
     links, status = np.empty((edges + 1, LINKS), np.int64), np.empty((edges + 1, STATUS_COLUMNS), np.int64)
     chains = np.empty((3 * points.shape[0] + edges + 1, CHAIN_COLUMNS), np.int64)
     links[0], status[0], chains[0] = 0, 0, 0
-    nodes, free = np.int64(0), np.int64(0)
     for v in range(points.shape[0]):
         first, begin, ends = starts[v], starts[v + 1] - starts[v], ending[v]
         if begin + ends == 0:
             continue
 
         # Find where it lies in the status, and look out for crossings.
-        x, y, last = points[v, 0], points[v, 1], np.int64(0)
+        x, y, last = points[v, 0], points[v, 1], nothing
         if ends > 0:
             left, last, is_wrong = find_ends(links, status, standing[v], v, ends, x, y)
         else:
@@ -279,7 +281,7 @@ def sweep_polygon(
             return CROSSED, 0
 
         # Cut off triangles.
-        end = start = right_end = np.int64(0)
+        end = start = right_end = nothing
         if state == BORDERS:
             end, start, right_end, count = meet_chains(points, links, status, chains, left, last, v, triangles, inner, count)
             if end != 0:

@@ -47,7 +47,8 @@ def triangulate_rings(xy: Int64Array, ring_starts: Int32Array, fill_rule: int) -
     LimitError : edges cross too often.
     """
     if not len(xy):
-        return PolygonTriangles(xy, np.empty((0, 3), np.int32), np.empty(0, np.uint8), *np.empty((2, 0), np.int64), [])
+        none = np.empty(0, np.int64)
+        return PolygonTriangles(xy, np.empty((0, 3), np.int32), np.empty(0, np.uint8), none, none, [])
     points, number, first = number_points(xy, sweep_order(xy))
     upper, lower, winding = ring_edges(number, ring_starts)
     graph = join_edges(points, upper, lower, winding, np.zeros(len(upper), np.uint8))
