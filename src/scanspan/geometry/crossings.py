@@ -134,13 +134,17 @@ def meet_edges(
     ends: Int64Array, points: Int64Array, edge_list: Int64Array, point_list: Int64Array, cell: Int64Array, limbs: Int64Array,
     found: Int64Array, total: Integer,
 ) -> tuple[Int64Array, Integer]:  # fmt: skip
-    """Find the pairs of a cell's edges that cross: the two, and where, to the nearest point."""
+    """Find the pairs of a cell's edges that cross, and where."""
     for i in range(cell[EDGE_FIRST], cell[EDGE_LAST]):
         for j in range(i + 1, cell[EDGE_LAST]):
             crosses, x, y = cross_at(ends, edge_list[i, 0], edge_list[j, 0], limbs)
             if crosses and cell[X_LOW] <= x < cell[X_HIGH] and cell[Y_LOW] <= y < cell[Y_HIGH]:
                 found = grown(found, total)
-                found[total, 0], found[total, 1], found[total, 2], found[total, 3] = edge_list[i, 0], edge_list[j, 0], x, y
+                e, f = edge_list[i, 0], edge_list[j, 0]
+                high, low = edge_side(ends, e, x, y)
+                other, other_low = edge_side(ends, f, x, y)
+                found[total, 0], found[total, 1], found[total, 3], found[total, 4] = e, f, x, y
+                found[total, 2] = 1 if (high | low | other | other_low) == 0 else 0
                 total += 1
     return found, total
 
@@ -173,7 +177,7 @@ def meet_points(
             value = 2 * (high * HALF + low)
             if -reach < value < reach or value == down - across:
                 found = grown(found, total)
-                found[total, 0], found[total, 1], found[total, 2], found[total, 3] = e, p, 1 if value == 0 else 0, 0
+                found[total, 0], found[total, 1], found[total, 2] = e, p, 1 if value == 0 else 0
                 total += 1
     return found, total
 
@@ -200,14 +204,14 @@ def reaches_cell(lines: Float64Array, e: Integer, x: float, y: float, half_width
 def visit_cells(
     meet: Callable[..., tuple[Int64Array, Integer]], ends: Int64Array, points: Int64Array
 ) -> tuple[Int64Array, Integer]:
-    """Cut the plane into cells and let `meet` find what meets in each; return its rows, (N, 4), and how many.
+    """Cut the plane into cells and let `meet` find what meets in each; return its rows, (N, 5), and how many.
 
     Shapes  ends: (E, 4) x, y of the upper and the lower end of each edge; points: (P, 2), or none if only edges are asked for.
     """
     edges, hot = ends.shape[0], points.shape[0]
     edge_list, point_list = np.empty((2 * edges + 1, 1), np.int64), np.empty((2 * hot + 1, 1), np.int64)
     lines = np.empty((edges, 8))
-    found, limbs = np.empty((64, 4), np.int64), np.empty((LIMB_COUNT, LIMBS), np.int64)
+    found, limbs = np.empty((64, 5), np.int64), np.empty((LIMB_COUNT, LIMBS), np.int64)
     total: Integer = np.int64(0)
     cells = np.empty((MOST_CELLS, 9), np.int64)
     if edges == 0:
@@ -276,7 +280,7 @@ def visit_cells(
 
 @kernel
 def find_crossings(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, Integer]:
-    """Return the pairs of edges that cross, (N, 4): two edges, and x, y of the point of the grid nearest to the crossing.
+    """Return the pairs of edges that cross, (N, 5): the two, whether it is at a point of the grid, and x, y of the nearest one.
 
     Shapes  ends: (E, 4) x, y of the upper end, then of the lower one; points: none, (0, 2).
     Needs   coordinates within 2^40.
@@ -286,7 +290,7 @@ def find_crossings(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, In
 
 @kernel
 def find_passing(ends: Int64Array, points: Int64Array) -> tuple[Int64Array, Integer]:
-    """Return which edges pass within half a sub-pixel of points, (N, 4): edge, point, whether it lies on the edge, and 0.
+    """Return which edges pass within half a sub-pixel of points, (N, 5): edge, point, whether it lies on the edge.
 
     Shapes  ends: (E, 4); points: (P, 2). The ends of an edge are left out.
     Needs   coordinates within 2^40.

@@ -60,7 +60,7 @@ def node_edges(graph: PlanarGraph, bend_all: bool = False) -> Noded:
     crossings = found_rows(*find_crossings(edge_ends(graph.points, graph.upper, graph.lower), NO_POINTS))
 
     # Number the old points and the crossings together.
-    xy = np.concatenate([graph.points, crossings[:, 2:]])
+    xy = np.concatenate([graph.points, crossings[:, 3:]])
     points, number, first = number_points(xy, sweep_order(xy))
     count = len(graph.points)
     number, is_made = number[:count], first >= count
@@ -70,6 +70,7 @@ def node_edges(graph: PlanarGraph, bend_all: bool = False) -> Noded:
     passing = found_rows(*find_passing(edge_ends(points, upper, lower), points))
     edge, point, is_exact = passing[:, 0], passing[:, 1], passing[:, 2] != 0
     loose = graph.loose | np.uint8(bend_all)
+    loose[crossings[crossings[:, 2] == 0, :2]] = 1
     loose[edge[is_made[point] & ~is_exact]] = 1
     chosen = is_exact | (loose[edge] != 0)
     edge, point = edge[chosen], point[chosen]
