@@ -16,7 +16,8 @@ from scanspan.geometry.fill_rule import EVEN_ODD
 from scanspan.geometry.noding import Noded, node_edges
 from scanspan.geometry.planar_graph import PlanarGraph, join_edges, number_points, ring_edges, sweep_order
 from scanspan.geometry.polygon_sweep import BORDERS, CROSSED, sweep_polygon
-from scanspan.records import Float64Array, Int32Array, Int64Array, UInt8Array
+from scanspan.geometry.project import no_outlines
+from scanspan.records import Float64Array, Int32Array, Int64Array, ScreenTriangles, UInt8Array
 
 PATIENCE = 4  # rounds of noding after which every edge is bent to the points that it passes
 MOST_ROUNDS = 32  # rounds of noding; two are common, and four were never seen
@@ -81,6 +82,17 @@ def borders_of(graph: PlanarGraph, is_border: NDArray[np.bool_]) -> PlanarGraph:
     upper, lower, loose = graph.upper[is_border], graph.lower[is_border], graph.loose[is_border]
     starts = np.concatenate([[0], np.cumsum(is_border)])[graph.starts]
     return PlanarGraph(graph.points, starts, upper, lower, np.ones(len(upper), np.int64), loose)
+
+
+def flat_triangles(xy: Int64Array, starts: Int32Array, fill_rule: int, value: float) -> ScreenTriangles:
+    """Return a polygon as triangles that all have one depth, which is its colour."""
+    cut = triangulate_rings(xy, starts, fill_rule)
+    count = len(cut.triangles)
+    zeros = np.zeros(count, np.int32)
+    return ScreenTriangles(
+        xy=cut.points, depth=np.full(len(cut.points), value), clip=np.empty((0, 4)), corners=cut.triangles, source=zeros,
+        piece=zeros - 1, weights=np.empty((0, 3, 3)), inner=np.zeros(count, np.uint8), **no_outlines(count),
+    )  # fmt: skip
 
 
 def carry_values(values: Float64Array, first: Int64Array, rounds: list[Noded]) -> Float64Array:
