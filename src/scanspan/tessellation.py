@@ -64,7 +64,7 @@ def triangulate(
     bits = check_subpixel_bits(subpixel_bits)
     listed = list_rings(rings)
     numbers, starts = number_rings(listed)
-    given = snap_points(np.concatenate([np.empty((0, 2)), *listed]), bits)
+    given = snap_points(np.concatenate([*listed, np.empty((0, 2))]), bits)
     kept = given if len(numbers) == len(given) else given[numbers]
     cut = triangulate_rings(kept, starts, FILL_RULES.index(fill_rule))
 

@@ -33,12 +33,23 @@ def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Ar
     return points
 
 
+def is_plain(ring: Any) -> bool:
+    """Say whether a ring is an array of float64 points, of any value."""
+    return type(ring) is np.ndarray and ring.dtype == np.float64 and ring.ndim == 2 and ring.shape[1] == 2
+
+
 def list_rings(rings: Any) -> list[Float64Array]:
     """Return rings as they were given, each (M, 2) float64, checked; see as_rings."""
     try:
         is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
     except (TypeError, ValueError, LookupError):
         raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
+
+    # Check plain arrays together, and one by one only to quote what is wrong.
+    if not is_single and len(rings) and all(is_plain(ring) for ring in rings):
+        listed = list(rings)
+        if (np.abs(np.concatenate(listed)) <= MAX_COORDINATE).all():
+            return listed
     names = ("rings" if is_single else f"rings[{number}]" for number in count())
     return [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
 
@@ -48,16 +59,16 @@ def number_rings(rings: list[Float64Array]) -> tuple[Int64Array, Int32Array]:
 
     A closing point is left out, and so are rings of under 3 points.
     """
-    kept, before = [np.empty(0, np.int64)], 0
+    kept, starts, before = [np.empty(0, np.int64)], [0], 0
     for points in rings:
         length = len(points)
         if length > 1 and points[0, 0] == points[-1, 0] and points[0, 1] == points[-1, 1]:
             length -= 1
         if length > 2:
             kept.append(np.arange(before, before + length))
+            starts.append(starts[-1] + length)
         before += len(points)
-    starts = np.cumsum([0, *(len(numbers) for numbers in kept[1:])]).astype(np.int32)
-    return np.concatenate(kept), starts
+    return np.concatenate(kept), np.array(starts, np.int32)
 
 
 def as_rings(rings: Any) -> tuple[Float64Array, Int32Array]:

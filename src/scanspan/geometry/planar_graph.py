@@ -16,6 +16,8 @@ from scanspan.geometry.fixed_point import halves_sign, product_halves
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Int32Array, Int64Array, Integer, UInt8Array
 
+KEY_LIMIT = 2.0**62  # points in the box, up to which each has a number of its own in an int64
+
 
 class PlanarGraph(NamedTuple):
     """Points and edges. Edges may cross; a sweep finds out."""
@@ -36,13 +38,29 @@ def turn_sign(points: Int64Array, a: Integer, b: Integer, c: Integer) -> Integer
     return halves_sign(high, low)
 
 
+@kernel
+def sweep_keys(xy: Int64Array) -> tuple[Int64Array, bool]:
+    """Return numbers that are in the order of a sweep as points are, and whether they fit.
+
+    Shapes  xy: (P, 2) sub-pixels, one at least.
+    """
+    x_low = x_high = xy[0, 0]
+    y_low = y_high = xy[0, 1]
+    for k in range(1, xy.shape[0]):
+        x_low, x_high = min(x_low, xy[k, 0]), max(x_high, xy[k, 0])
+        y_low, y_high = min(y_low, xy[k, 1]), max(y_high, xy[k, 1])
+    width, keys = x_high - x_low + 1, np.empty(xy.shape[0], np.int64)
+    if np.float64(width) * np.float64(y_high - y_low + 1) > KEY_LIMIT:
+        return keys, False
+    for k in range(xy.shape[0]):
+        keys[k] = (xy[k, 1] - y_low) * width + (xy[k, 0] - x_low)
+    return keys, True
+
+
 def sweep_order(xy: Int64Array) -> Int64Array:
-    """Return the numbers of points, (P, 2), by y and then by x."""
-    low, high = xy.min(axis=0), xy.max(axis=0)
-    width, height = (high - low + 1).tolist()
-    if width * height < 2**62:
-        return np.argsort((xy[:, 1] - low[1]) * width + (xy[:, 0] - low[0]))
-    return np.lexsort((xy[:, 0], xy[:, 1]))
+    """Return the numbers of points, (P, 2), by y and then by x; one at least."""
+    keys, fits = sweep_keys(xy)
+    return np.argsort(keys) if fits else np.lexsort((xy[:, 0], xy[:, 1]))
 
 
 @kernel
@@ -90,12 +108,14 @@ def stands_before(points: Int64Array, v: Integer, a: Integer, b: Integer) -> boo
 
 
 @helper_kernel
-def sort_by_angle(points: Int64Array, v: Integer, lower: Int64Array, some: Int64Array, spare: Int64Array) -> None:
-    """Sort edges that begin at one point from left to right, by merging. `some` holds their numbers, `spare` is room."""
-    count, width = some.shape[0], 1
-    while width < count:
-        for low in range(0, count, 2 * width):
-            middle, high = min(low + width, count), min(low + 2 * width, count)
+def sort_by_angle(
+    points: Int64Array, v: Integer, lower: Int64Array, some: Int64Array, spare: Int64Array, first: Integer, last: Integer
+) -> None:
+    """Sort edges that begin at one point, some[first:last], from left to right, by merging; `spare` is room."""
+    width = 1
+    while width < last - first:
+        for low in range(first, last, 2 * width):
+            middle, high = min(low + width, last), min(low + 2 * width, last)
             i, j = low, middle
             for k in range(low, high):
                 from_left = i < middle
@@ -103,7 +123,7 @@ def sort_by_angle(points: Int64Array, v: Integer, lower: Int64Array, some: Int64
                     from_left = not stands_before(points, v, lower[some[j]], lower[some[i]])
                 spare[k] = some[i] if from_left else some[j]
                 i, j = (i + 1, j) if from_left else (i, j + 1)
-        for k in range(count):
+        for k in range(first, last):
             some[k] = spare[k]
         width *= 2
 
@@ -136,7 +156,7 @@ def join_edges(points: Int64Array, upper: Int64Array, lower: Int64Array, winding
         starts[v] = total
         first, last = places[v], places[v + 1]
         if last - first > 1:
-            sort_by_angle(points, v, lower, numbers[first:last], spare)
+            sort_by_angle(points, v, lower, numbers, spare, first, last)
         k = first
         while k < last:
             e = numbers[k]

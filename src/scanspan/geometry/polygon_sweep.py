@@ -84,6 +84,12 @@ def write_triangle(
 
 
 @helper_kernel
+def sees_past(points: Int64Array, chains: Int64Array, end: Integer, following: Integer, v: Integer) -> Integer:
+    """Return how the way from a point over the end of a chain to the link that follows turns: see turn_sign; 0 if none does."""
+    return turn_sign(points, v, chains[end, POINT], chains[following, POINT] if following != 0 else v)
+
+
+@helper_kernel
 def join_right(
     points: Int64Array, chains: Int64Array, tail: Integer, v: Integer, is_cut: Integer, triangles: Int32Array,
     inner: UInt8Array, count: Integer,
@@ -92,12 +98,10 @@ def join_right(
 
     is_cut: whether the way from the end to the point is a cut and no edge.
     """
-    while chains[tail, PREVIOUS] != 0:
+    while sees_past(points, chains, tail, chains[tail, PREVIOUS], v) < 0:
         before = chains[tail, PREVIOUS]
-        p, q = chains[tail, POINT], chains[before, POINT]
-        if turn_sign(points, q, p, v) <= 0:
-            break
-        count = write_triangle(triangles, inner, count, v, p, q, chains[before, IS_CUT] | 2 | is_cut << 2)
+        marks = chains[before, IS_CUT] | 2 | is_cut << 2
+        count = write_triangle(triangles, inner, count, v, chains[tail, POINT], chains[before, POINT], marks)
         free_link(chains, tail)
         tail, is_cut = before, np.int64(1)
     link = make_link(chains, v, tail, np.int64(0), np.int64(0))
@@ -111,12 +115,10 @@ def join_left(
     inner: UInt8Array, count: Integer,
 ) -> tuple[Integer, Integer]:  # fmt: skip
     """Join a point to the left end of a chain, as join_right does to the right one."""
-    while chains[head, NEXT] != 0:
+    while sees_past(points, chains, head, chains[head, NEXT], v) > 0:
         after = chains[head, NEXT]
-        p, q = chains[head, POINT], chains[after, POINT]
-        if turn_sign(points, v, p, q) <= 0:
-            break
-        count = write_triangle(triangles, inner, count, q, p, v, is_cut | 2 | chains[head, IS_CUT] << 2)
+        marks = is_cut | 2 | chains[head, IS_CUT] << 2
+        count = write_triangle(triangles, inner, count, chains[after, POINT], chains[head, POINT], v, marks)
         free_link(chains, head)
         head, is_cut = after, np.int64(1)
     link = make_link(chains, v, np.int64(0), head, is_cut)
@@ -179,46 +181,30 @@ def find_ends(
 
 
 @helper_kernel
-def meet_chains(
-    points: Int64Array, links: Int64Array, status: Int64Array, chains: Int64Array, left: Integer, last: Integer, v: Integer,
-    triangles: Int32Array, inner: UInt8Array, count: Integer,
-) -> tuple[Integer, Integer, Integer, Integer]:  # fmt: skip
-    """Join a point to the chains beside it, and cut off those between edges that end there.
+def cut_between(
+    links: Int64Array, status: Int64Array, chains: Int64Array, node: Integer, last: Integer, v: Integer, triangles: Int32Array,
+    inner: UInt8Array, count: Integer,
+) -> Integer:  # fmt: skip
+    """Cut off the chains between edges that end at a point, from one node to another; return how many triangles there are."""
+    while node != last:
+        if status[node, INSIDE] != 0:
+            count = cut_off(chains, status[node, TAIL], v, triangles, inner, count)
+        node = links[node, AFTER]
+    return count
 
-    left, last: the nodes as from find_ends; last is 0 where no edge ends.
 
-    Returns its link in the chain left of it, its link in the one right of it and that chain's right end, 0 where there is no
-    inside, and how many triangles there are.
+@helper_kernel
+def split_chain(status: Int64Array, chains: Int64Array, left: Integer) -> tuple[Integer, Integer, Integer]:
+    """Split a chain at the point that came last, which ends up in both parts.
+
+    Returns the right end of the left part, and both ends of the right part.
     """
-    # Split a chain in which no edge ends at the point that came last.
-    nothing: Integer = np.int64(0)
-    is_cut, tail, head, right_end = nothing, status[left, TAIL], nothing, nothing
-    if last == 0:
-        if status[left, INSIDE] == 0:
-            return nothing, nothing, nothing, count
-        is_cut, tail, right_end = np.int64(1), status[left, LAST], status[left, TAIL]
-        after = chains[tail, NEXT]
-        head = make_link(chains, chains[tail, POINT], np.int64(0), after, chains[tail, IS_CUT])
-        chains[tail, NEXT] = 0
-        if after != 0:
-            chains[after, PREVIOUS] = head
-        else:
-            right_end = head
-    else:
-        # Cut off the chains between edges that end.
-        node = links[left, AFTER]
-        while node != last:
-            if status[node, INSIDE] != 0:
-                count = cut_off(chains, status[node, TAIL], v, triangles, inner, count)
-            node = links[node, AFTER]
-        if status[last, INSIDE] != 0:
-            head, right_end = status[last, HEAD], status[last, TAIL]
-    end = start = nothing
-    if status[left, INSIDE] != 0:
-        end, count = join_right(points, chains, tail, v, is_cut, triangles, inner, count)
-    if head != 0:
-        start, count = join_left(points, chains, head, v, is_cut, triangles, inner, count)
-    return end, start, right_end, count
+    tail, right_end = status[left, LAST], status[left, TAIL]
+    after = chains[tail, NEXT]
+    head = make_link(chains, chains[tail, POINT], np.int64(0), after, chains[tail, IS_CUT])
+    chains[tail, NEXT] = 0
+    chains[after, PREVIOUS] = head if after != 0 else chains[after, PREVIOUS]
+    return tail, head, right_end if after != 0 else head
 
 
 @helper_kernel
@@ -259,6 +245,7 @@ def sweep_polygon(
     """
     edges, state = lower.shape[0], BORDERS
     nothing: Integer = np.int64(0)
+    one: Integer = np.int64(1)
     count = nodes = free = nothing
     ending, standing = np.zeros(points.shape[0], np.int64), np.zeros(points.shape[0], np.int64)
     for e in range(edges):
@@ -280,12 +267,22 @@ def sweep_polygon(
         if is_wrong:
             return CROSSED, 0
 
-        # Cut off triangles.
+        # Cut off triangles between edges that end, and join the point to the chains on both sides.
         end = start = right_end = nothing
         if state == BORDERS:
-            end, start, right_end, count = meet_chains(points, links, status, chains, left, last, v, triangles, inner, count)
-            if end != 0:
+            tail, head, is_cut = status[left, TAIL], nothing, nothing
+            if ends > 0:
+                count = cut_between(links, status, chains, links[left, AFTER], last, v, triangles, inner, count)
+                if status[last, INSIDE] != 0:
+                    head, right_end = status[last, HEAD], status[last, TAIL]
+            elif status[left, INSIDE] != 0:
+                tail, head, right_end = split_chain(status, chains, left)
+                is_cut = one
+            if status[left, INSIDE] != 0:
+                end, count = join_right(points, chains, tail, v, is_cut, triangles, inner, count)
                 status[left, TAIL] = status[left, LAST] = end
+            if head != 0:
+                start, count = join_left(points, chains, head, v, is_cut, triangles, inner, count)
             if begin == 0 and end != 0:
                 merge_chains(status, chains, left, end, start, right_end)
 
