@@ -1,11 +1,11 @@
 """Where edges cross, and which of them pass close by a point: both exact, both by cutting the plane into cells.
 
-A cell with many edges is halved, across its longer side, until few are left, and then all pairs are looked at. Which edges
-reach a cell is decided in float64 with a margin, because it only spares work; everything else is exact. A crossing belongs to
-the cell that its rounded point lies in, so each is found once.
+A cell with many edges is halved, across the side that parts them better, until few are left, and then all pairs are looked at.
+Which edges reach a cell is decided in float64 with a margin, because it only spares work; everything else is exact. A crossing
+belongs to the cell that its rounded point lies in, so each is found once.
 
-Price: cells are found quickly where edges are short or cross often. Many long edges that run side by side and hardly cross stay
-together, and cost the square of their number.
+Price: cells are found quickly where edges are short or cross often. Many long slanting edges that run side by side stay
+together in every part of a cell; then it is not halved on, and they cost the square of their number.
 """
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ FEW_EDGES = 16  # a cell of so few is not halved
 FEW_POINTS = 2  # nor one of so few points, where points are asked for
 SMALLEST_CELL = 4  # sub-pixels
 MOST_CELLS = 256  # that may wait: one for each halving
-MOST_IN_BOTH = 1.8  # edges in both halves together, relative to those in the cell; halving by more than that is waste
-WASTED = 4  # halvings that may be a waste, one after the other
+MOST_DEBT = (
+    3.9  # pairs in all parts of a cell, relative to those in the first; halving that only makes more of them is given up
+)
 
 LIMBS = 5  # of 20 bits: a value of 82 bits, and its sign
 LIMB_COUNT = 4
 
-# Columns of a cell: its box, half-open; its edges and its points, as ranges of lists; halvings wasted.
-X_LOW, X_HIGH, Y_LOW, Y_HIGH, EDGE_FIRST, EDGE_LAST, POINT_FIRST, POINT_LAST, WASTE = range(9)
+# Columns of a cell: its box, half-open; its edges and its points, as ranges of lists.
+X_LOW, X_HIGH, Y_LOW, Y_HIGH, EDGE_FIRST, EDGE_LAST, POINT_FIRST, POINT_LAST = range(8)
+CELL_COLUMNS = 8
 
 
 @helper_kernel
@@ -200,6 +202,20 @@ def reaches_cell(lines: Float64Array, e: Integer, x: float, y: float, half_width
     return bool(abs(right + left) <= margin + 1e-14 * (abs(right) + abs(left)))
 
 
+@helper_kernel
+def cuts_across(lines: Float64Array, edge_list: Int64Array, cell: Int64Array) -> bool:
+    """Say whether an upright cut through a cell's middle parts its edges better than a level one: it should meet fewer."""
+    width, height = np.float64(cell[X_HIGH] - cell[X_LOW]), np.float64(cell[Y_HIGH] - cell[Y_LOW])
+    across = down = 0.0
+    for i in range(cell[EDGE_FIRST], cell[EDGE_LAST]):
+        e = edge_list[i, 0]
+        across += min(lines[e, 5] - lines[e, 4], width)
+        down += min(lines[e, 7] - lines[e, 6], height)
+    is_tall = height > 64.0 * width
+    is_wide = width > 64.0 * height
+    return bool(is_wide or (not is_tall and across * height < down * width))
+
+
 @inline_kernel
 def visit_cells(
     meet: Callable[..., tuple[Int64Array, Integer]], ends: Int64Array, points: Int64Array
@@ -213,7 +229,7 @@ def visit_cells(
     lines = np.empty((edges, 8))
     found, limbs = np.empty((64, 5), np.int64), np.empty((LIMB_COUNT, LIMBS), np.int64)
     total: Integer = np.int64(0)
-    cells = np.empty((MOST_CELLS, 9), np.int64)
+    cells, debts = np.empty((MOST_CELLS, CELL_COLUMNS), np.int64), np.empty(MOST_CELLS)
     if edges == 0:
         return found, total
 
@@ -232,7 +248,7 @@ def visit_cells(
     for p in range(hot):
         point_list[p, 0] = p
     cells[0, EDGE_FIRST], cells[0, EDGE_LAST], cells[0, POINT_FIRST], cells[0, POINT_LAST] = 0, edges, 0, hot
-    cells[0, WASTE] = 0
+    debts[0] = 1.0
     waiting = 1
     while waiting > 0 and total < MOST_FOUND:
         waiting -= 1
@@ -242,17 +258,18 @@ def visit_cells(
         if hot > 0 and here == 0:
             continue
         is_few = count <= FEW_EDGES or max(width, height) <= SMALLEST_CELL or (hot > 0 and here <= FEW_POINTS)
-        if is_few or cell[WASTE] == WASTED or waiting + 2 > MOST_CELLS:
+        if is_few or debts[waiting] > MOST_DEBT or waiting + 2 > MOST_CELLS:
             found, total = meet(ends, points, edge_list, point_list, cell, limbs, found, total)
             continue
 
         # Halve it; the halves' lists lie behind its own.
-        next_edge, next_point, both = cell[EDGE_LAST], cell[POINT_LAST], np.int64(0)
+        next_edge, next_point, pairs = cell[EDGE_LAST], cell[POINT_LAST], 0.0
+        is_upright = cuts_across(lines, edge_list, cell)
         for k in range(2):
             half = cells[waiting + k]
-            for i in range(9):
+            for i in range(CELL_COLUMNS):
                 half[i] = cell[i]
-            if width >= height:
+            if is_upright:
                 half[X_HIGH - k] = cell[X_LOW] + (width >> 1)
             else:
                 half[Y_HIGH - k] = cell[Y_LOW] + (height >> 1)
@@ -271,9 +288,11 @@ def visit_cells(
                     point_list[next_point, 0] = p
                     next_point += 1
             half[EDGE_LAST], half[POINT_LAST] = next_edge, next_point
-            both += half[EDGE_LAST] - half[EDGE_FIRST]
-        waste = cell[WASTE] + 1 if both > MOST_IN_BOTH * count else np.int64(0)
-        cells[waiting, WASTE] = cells[waiting + 1, WASTE] = waste
+            both = half[POINT_LAST] - half[POINT_FIRST] if hot > 0 else half[EDGE_LAST] - half[EDGE_FIRST]
+            pairs += np.float64(half[EDGE_LAST] - half[EDGE_FIRST]) * np.float64(both)
+        debts[waiting] = debts[waiting + 1] = (
+            debts[waiting] * pairs / (np.float64(count) * np.float64(here if hot > 0 else count))
+        )
         waiting += 2
     return found, total
 
