@@ -230,6 +230,16 @@ def place_edge(
     status[node, END], status[node, WINDING], status[node, INSIDE] = w, winding, 1 if is_inside else 0
 
 
+@helper_kernel
+def hang_chain(
+    status: Int64Array, chains: Int64Array, node: Integer, v: Integer, start: Integer, right_end: Integer, is_last: bool
+) -> None:
+    """Hang a chain between an edge that begins at a point and the next: a fresh one, or behind the last the one right of it."""
+    link = start if is_last else make_link(chains, v, np.int64(0), np.int64(0), np.int64(0))
+    status[node, HEAD], status[node, LAST] = link, link
+    status[node, TAIL] = right_end if is_last else link
+
+
 @kernel
 def sweep_polygon(
     points: Int64Array, starts: Int64Array, lower: Int64Array, winding: Int64Array, fill_rule: int, is_border: UInt8Array,
@@ -245,7 +255,6 @@ def sweep_polygon(
     """
     edges, state = lower.shape[0], BORDERS
     nothing: Integer = np.int64(0)
-    one: Integer = np.int64(1)
     count = nodes = free = nothing
     ending, standing = np.zeros(points.shape[0], np.int64), np.zeros(points.shape[0], np.int64)
     for e in range(edges):
@@ -277,7 +286,7 @@ def sweep_polygon(
                     head, right_end = status[last, HEAD], status[last, TAIL]
             elif status[left, INSIDE] != 0:
                 tail, head, right_end = split_chain(status, chains, left)
-                is_cut = one
+                is_cut += 1
             if status[left, INSIDE] != 0:
                 end, count = join_right(points, chains, tail, v, is_cut, triangles, inner, count)
                 status[left, TAIL] = status[left, LAST] = end
@@ -307,12 +316,7 @@ def sweep_polygon(
             place_edge(points, status, node, v, lower[first + k], wound, is_inside)
             standing[lower[first + k]] = node
             if is_inside and state == BORDERS:
-                link = start
-                if k < begin - 1:
-                    link = make_link(chains, v, np.int64(0), np.int64(0), np.int64(0))
-                status[node, HEAD] = status[node, LAST] = status[node, TAIL] = link
-                if k == begin - 1:
-                    status[node, TAIL] = right_end
+                hang_chain(status, chains, node, v, start, right_end, k == begin - 1)
             place = node
 
         # Give up the places that are left over.
