@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import scanspan as ss
 from scanspan.raster import algorithms
-from scanspan.triangulate import triangulate_polygon
+from scanspan.triangulation import triangulate_polygon
 
 SIZE = (60, 44)
 CAMERA = ss.Camera.look_at((0.7, 0.9, 6.0), (0.1, 0.0, 0.0), fov=38)

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from scanspan.target.frame import Frame as Frame
     from scanspan.target.visibility import Visibility as Visibility
     from scanspan.target.visibility import merge as merge
+    from scanspan.tessellation import triangulate as triangulate
     from scanspan.view.explain import explain as explain
 
 __version__ = "0.1.0"
@@ -77,6 +78,7 @@ _HOMES = {
     "merge": "target.visibility",
     "rasterize": "pipeline",
     "render": "pipeline",
+    "triangulate": "tessellation",
 }
 
 __all__ = [*_HOMES, "__version__"]

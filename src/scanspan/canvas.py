@@ -25,15 +25,14 @@ from scanspan.raster.algorithms import ALGORITHMS, run_kernel
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
-from scanspan.raster.trapezoids import flat_trapezoids
 from scanspan.records import Float64Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
+from scanspan.target.fill import FILLS, paint_mask
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
+from scanspan.target.paint import PAINTERS, SEGMENTS, cover_kernel
 
-FILLS = ("scanline", "parity")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
@@ -147,8 +146,10 @@ class Canvas:
         rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
         color : any colour.
         fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
-        algorithm : "scanline", with an edge table and an active edge list, or "parity", which counts edges at every sample of
-            the box. The pixels are the same.
+        algorithm : "scanline", with an edge table and an active edge list; "parity", which counts edges at every sample of the
+            box; "triangles", cut first and drawn by half-space; "flood", the outline and what it encloses. The first three
+            paint the same pixels, but "triangles" may differ at samples within two sub-pixels of edges that cross;
+            "flood" paints all pixels of its outline too.
         antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that.
         subpixel_bits : points are snapped to 1/2^s pixel; to 1/65536 where it is antialiased.
         """
@@ -164,11 +165,7 @@ class Canvas:
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
         kind, target = self._target(int(code[3]) == 255)
         value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
-        if algorithm == "parity":
-            PARITY[kind](target, xy, starts, rule, value, sampling)
-        else:
-            drawn = flat_trapezoids(xy, starts, rule, value, sampling)
-            run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+        FILLS[algorithm](kind, target, xy, starts, rule, value, sampling, self.threads)
 
     def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
         """Paint segments one pixel wide.
@@ -251,12 +248,8 @@ class Canvas:
         alike = self.pixels[y, x].copy() if border is None else to_codes(border)
         filled, counters = np.zeros(self.pixels.shape[:2], bool), np.zeros(3, np.int64)
         flood_kernel(self.pixels, filled, x, y, alike, limit, border is not None, connectivity == 8, counters)
-        if int(code[3]) == 255:
-            self.pixels[filled] = code
-        else:
-            rows, columns = np.nonzero(filled)
-            segments = np.stack([columns, rows, columns, rows], axis=1).astype(np.int64)
-            SEGMENTS[self.blend](self.pixels, segments, np.full(len(rows), float(pack_colors(code))), MIDPOINT, LINE_BITS)
+        kind, target = self._target(int(code[3]) == 255)
+        paint_mask(kind, target, filled, float(pack_colors(code)))
         return dict(zip(("filled", "looked_at", "spans"), counters.tolist(), strict=True))
 
     def save(self, path: str | PathLike[str]) -> None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scanspan.triangulate import is_convex, orientations, triangulate_polygon
+from scanspan.triangulation import is_convex, orientations, triangulate_polygon
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -89,8 +89,9 @@ class Mesh:
         total = _as_face_count(face_count, faces)
 
         # Find the triangles that use a vertex which is not finite, and quote the first or leave their faces out.
-        finite = np.isfinite(points).all(axis=1)
-        if not finite.all():
+        are_finite = np.isfinite(points)
+        if not are_finite.all():
+            finite = are_finite.all(axis=1)
             bad = ~finite[indices].all(axis=1)
             if bad.any() and nonfinite == "error":
                 vertex = next(v for v in indices[np.argmax(bad)].tolist() if not finite[v])

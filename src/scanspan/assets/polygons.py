@@ -22,7 +22,7 @@ from scanspan.assets.arrays import as_colors, as_floats, own, quote_row
 from scanspan.assets.mesh import NONFINITE, bounds_of
 from scanspan.assets.rings import FILL_RULES
 from scanspan.errors import InputError, LimitError, unknown_name
-from scanspan.triangulate import triangulate_polygon
+from scanspan.triangulation import triangulate_polygon
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from scanspan.assets.arrays import as_array
 from scanspan.errors import InputError
-from scanspan.records import Float64Array, Int32Array
+from scanspan.records import Float64Array, Int32Array, Int64Array
 
 FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
 MAX_COORDINATE = 1 << 24  # pixels, as in geometry/fixed_point.py
@@ -32,6 +33,44 @@ def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Ar
     return points
 
 
+def is_plain(ring: Any) -> bool:
+    """Say whether a ring is an array of float64 points, of any value."""
+    return type(ring) is np.ndarray and ring.dtype == np.float64 and ring.ndim == 2 and ring.shape[1] == 2
+
+
+def list_rings(rings: Any) -> list[Float64Array]:
+    """Return rings as they were given, each (M, 2) float64, checked; see as_rings."""
+    try:
+        is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
+    except (TypeError, ValueError, LookupError):
+        raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
+
+    # Check plain arrays together, and one by one only to quote what is wrong.
+    if not is_single and len(rings) and all(is_plain(ring) for ring in rings):
+        listed = list(rings)
+        if (np.abs(np.concatenate(listed)) <= MAX_COORDINATE).all():
+            return listed
+    names = ("rings" if is_single else f"rings[{number}]" for number in count())
+    return [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
+
+
+def number_rings(rings: list[Float64Array]) -> tuple[Int64Array, Int32Array]:
+    """Return which points of rings outline something, (V,) by position in all of them, and where each ring starts, (R + 1,).
+
+    A closing point is left out, and so are rings of under 3 points.
+    """
+    kept, starts, before = [np.empty(0, np.int64)], [0], 0
+    for points in rings:
+        length = len(points)
+        if length > 1 and points[0, 0] == points[-1, 0] and points[0, 1] == points[-1, 1]:
+            length -= 1
+        if length > 2:
+            kept.append(np.arange(before, before + length))
+            starts.append(starts[-1] + length)
+        before += len(points)
+    return np.concatenate(kept), np.array(starts, np.int32)
+
+
 def as_rings(rings: Any) -> tuple[Float64Array, Int32Array]:
     """Return the points of rings, (V, 2) float64, and where each ring starts, (R + 1,); rings of under 3 points are left out.
 
@@ -39,16 +78,6 @@ def as_rings(rings: Any) -> tuple[Float64Array, Int32Array]:
     ----------
     rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
     """
-    try:
-        is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
-    except (TypeError, ValueError, LookupError):
-        raise InputError("rings: expected one ring, (M, 2) points, or a list of rings") from None
-    kept = []
-    for number, ring in enumerate([rings] if is_single else rings):
-        points = as_points(ring, (2,), "rings" if is_single else f"rings[{number}]")
-        if len(points) > 1 and (points[0] == points[-1]).all():
-            points = points[:-1]
-        if len(points) > 2:
-            kept.append(points)
-    starts = np.cumsum([0, *(len(ring) for ring in kept)]).astype(np.int32)
-    return np.concatenate([np.empty((0, 2)), *kept]), starts
+    listed = list_rings(rings)
+    numbers, starts = number_rings(listed)
+    return np.concatenate([np.empty((0, 2)), *listed])[numbers], starts

@@ -20,9 +20,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.geometry.fill_rule import is_filled
 from scanspan.geometry.fixed_point import HALF_BITS, product_halves
 from scanspan.jit import helper_kernel, kernel
-from scanspan.raster.polygon import is_filled
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
 
 AREA_BITS = np.int64(16)  # sub-pixel bits of corners

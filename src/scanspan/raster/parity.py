@@ -15,12 +15,35 @@ from collections.abc import Callable
 
 import numpy as np
 
+from scanspan.geometry.fill_rule import is_filled
 from scanspan.geometry.fixed_point import product_halves
-from scanspan.jit import inline_kernel
+from scanspan.jit import helper_kernel, inline_kernel
 from scanspan.raster.edge import edge_start
-from scanspan.raster.polygon import is_filled
 from scanspan.raster.setup import pixels_between
-from scanspan.records import Array, Int32Array, Int64Array, Sampling
+from scanspan.records import Array, Int32Array, Int64Array, Integer, Sampling
+
+
+@helper_kernel
+def cross_row(
+    xy: Int64Array, ring_starts: Int32Array, x: Integer, y: Integer, s: int, f: Int64Array, a: Int64Array, turn: Int64Array
+) -> int:
+    """Take the edges that cross row y, each turned so that its value grows to the right; return how many.
+
+    Shapes  f, a, turn: (V,), written: the value at x, what it grows by from pixel to pixel, and 1 for an edge that goes down,
+            else -1. A sample is right of the edge, or on it, where its value is at least 0.
+    """
+    edges = 0
+    for ring in range(ring_starts.shape[0] - 1):
+        first, last = ring_starts[ring], ring_starts[ring + 1]
+        for k in range(first, last):
+            m = k + 1 if k + 1 < last else first
+            q_x, q_y, r_x, r_y = xy[k, 0], xy[k, 1], xy[m, 0], xy[m, 1]
+            if q_y <= y < r_y or r_y <= y < q_y:
+                sign = np.int64(1 if q_y > r_y else -1)
+                high, low = product_halves(sign * (q_y - r_y), sign * (r_x - q_x), x - q_x, y - q_y)
+                f[edges], a[edges], turn[edges] = edge_start(high, low, np.int64(0), s), sign * (q_y - r_y), -sign
+                edges += 1
+    return edges
 
 
 @inline_kernel
@@ -48,19 +71,8 @@ def parity_fill(
         return
     f, a, turn = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
     for j in range(y_start, y_end):
-        # Take the edges that cross the row, each turned so that its value grows to the right.
-        y, edges = (j << s) + sampling.sample_y, 0
-        x = (x_start << s) + sampling.sample_x
-        for ring in range(ring_starts.shape[0] - 1):
-            first, last = ring_starts[ring], ring_starts[ring + 1]
-            for k in range(first, last):
-                m = k + 1 if k + 1 < last else first
-                q_x, q_y, r_x, r_y = xy[k, 0], xy[k, 1], xy[m, 0], xy[m, 1]
-                if q_y <= y < r_y or r_y <= y < q_y:
-                    sign = np.int64(1 if q_y > r_y else -1)
-                    high, low = product_halves(sign * (q_y - r_y), sign * (r_x - q_x), x - q_x, y - q_y)
-                    f[edges], a[edges], turn[edges] = edge_start(high, low, np.int64(0), s), sign * (q_y - r_y), -sign
-                    edges += 1
+        x, y = (x_start << s) + sampling.sample_x, (j << s) + sampling.sample_y
+        edges = cross_row(xy, ring_starts, x, y, s, f, a, turn)
 
         # Count at each sample the edges that it is right of.
         row = target[j, x_start:x_end]

@@ -21,6 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scanspan.geometry.fill_rule import EVEN_ODD as EVEN_ODD
+from scanspan.geometry.fill_rule import NON_ZERO as NON_ZERO
+from scanspan.geometry.fill_rule import is_filled as is_filled
 from scanspan.geometry.fixed_point import product_halves
 from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.active_edges import sort_by_x
@@ -28,8 +31,6 @@ from scanspan.raster.edge import edge_start
 from scanspan.raster.edge_walk import start_crossing, step_crossing
 from scanspan.raster.setup import first_sample
 from scanspan.records import Int32Array, Int64Array, Integer, Sampling
-
-EVEN_ODD, NON_ZERO, POSITIVE, NEGATIVE, ABS_GEQ_TWO = range(5)
 
 # Columns of EdgeTable.edges: those of start_crossing, counted from the rectangle's left side; a and b of the edge value, which
 # grows to the right; first row, row after the last; 1 where the ring goes down, else -1; both ends.
@@ -264,23 +265,6 @@ def bound_span(
     write_lines(trapezoids.lines[total], edges, left, right)
     edges[left, TRAPEZOID] = total
     return trapezoids, total + 1
-
-
-@helper_kernel
-def is_filled(fill_rule: int, crossings: Integer, winding: Integer) -> bool:
-    """Say whether a place is inside by the edges passed on the way to it: how many, and how many more go down than up.
-
-    Source: the OpenGL Utility Library's five winding rules; a ring that is counter-clockwise as seen winds by 1.
-    """
-    if fill_rule == EVEN_ODD:
-        return bool(crossings & 1 != 0)
-    if fill_rule == NON_ZERO:
-        return bool(winding != 0)
-    if fill_rule == POSITIVE:
-        return bool(winding > 0)
-    if fill_rule == NEGATIVE:
-        return bool(winding < 0)
-    return bool(max(winding, -winding) >= 2)
 
 
 @helper_kernel

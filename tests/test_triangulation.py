@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from scanspan.assets.faces import cut_faces
 from scanspan.errors import InputError
-from scanspan.triangulate import is_convex, orientation, orientations, triangulate_polygon
+from scanspan.triangulation import is_convex, orientation, orientations, triangulate_polygon
 
 FloatArray = NDArray[np.float64]
 
