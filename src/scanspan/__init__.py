@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from scanspan.errors import LimitError as LimitError
     from scanspan.errors import ScanspanError as ScanspanError
     from scanspan.geometry.dice import dice as dice
+    from scanspan.masks import blocks as blocks
     from scanspan.masks import coverage as coverage
+    from scanspan.masks import zones as zones
     from scanspan.pipeline import count as count
     from scanspan.pipeline import interpolate as interpolate
     from scanspan.pipeline import rasterize as rasterize
@@ -65,6 +67,7 @@ _HOMES = {
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "count": "pipeline",
+    "blocks": "masks",
     "coverage": "masks",
     "dice": "geometry.dice",
     "explain": "view.explain",
@@ -73,6 +76,7 @@ _HOMES = {
     "merge": "target.visibility",
     "rasterize": "pipeline",
     "render": "pipeline",
+    "zones": "masks",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -65,7 +65,8 @@ def cut_spans(
     """
     room = np.empty((CAPACITY, SPAN_COLUMNS), np.int32)
     spans, total = sweep_polygons(keep_span, room, xy, ring_starts, polygon_rings, fill_rule, sampling)
-    return spans[:total].copy()
+    kept: Int32Array = spans[:total].copy()
+    return kept
 
 
 @kernel
