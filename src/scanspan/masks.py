@@ -238,7 +238,7 @@ def blocks(
     function: Callable[..., NDArray[Any]], polygons: Any, size: tuple[int, int], block: int | tuple[int, int] = 1024,
     **options: Any,
 ) -> Iterator[tuple[Window, NDArray[Any]]]:  # fmt: skip
-    """Give an image one block after the other, row by row from the top left: windows, and what `function` returns for them.
+    """Return an image one block after the other, row by row from the top left: windows, and what `function` gives for them.
 
     For images too large to be held. Together the blocks are what the whole would be, to the bit.
 
@@ -250,9 +250,13 @@ def blocks(
     block : the side of a block in pixels, or its (width, height). Those at the right and the lower border may be smaller.
     options : passed on.
 
-    Yields
+    Returns
+    -------
+    An iterator over ((x_start, y_start, width, height), an array of (height, width)).
+
+    Raises
     ------
-    (x_start, y_start, width, height), and an array of (height, width).
+    InputError : at once for a size, a block or polygons that cannot be used; for options with the first block.
 
     Examples
     --------
@@ -262,5 +266,4 @@ def blocks(
     """
     windows = check_windows(size, block)
     listed = as_polygons(polygons, "polygons", is_one=function is coverage)
-    for window in windows:
-        yield window, function(listed, size, window=window, **options)
+    return ((window, function(listed, size, window=window, **options)) for window in windows)

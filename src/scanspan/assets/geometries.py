@@ -159,14 +159,14 @@ def take_apart(geometries: NDArray[Any]) -> PolygonList | None:
 
 
 def members(polygons: Any, name: str) -> tuple[list[Any], str] | None:
-    """Return the geometries of a column, a collection of features or a list of geometries; None for what is drawn as points."""
+    """Return geometries, and what to call number {} of them; None for polygons that are given as points."""
     column = polygons if isinstance(polygons, Mapping) else getattr(polygons, "geometry", None)
     if column is not None and not isinstance(column, Mapping) and hasattr(column, "__len__"):
-        return list(column), f"{name}.geometry"
+        return list(column), f"{name}.geometry[{{}}]"
     if is_geometry(polygons):
         found = as_mapping(polygons, name)
         if found.get("type") == "FeatureCollection":
-            return list(found.get("features") or ()), f"{name}.features"
+            return list(found.get("features") or ()), f"{name}.features[{{}}]"
         return [polygons], name
     try:
         listed = list(polygons)
@@ -174,7 +174,7 @@ def members(polygons: Any, name: str) -> tuple[list[Any], str] | None:
         raise InputError(f"{name}: {EXPECTED}, got {quote(polygons)}") from None
     # A column may hold nothing for some of its polygons.
     if any(is_geometry(one) for one in listed):
-        return listed, name
+        return listed, f"{name}[{{}}]"
     return None
 
 
@@ -183,7 +183,7 @@ def as_polygons(polygons: Any, name: str = "polygons", *, is_one: bool = False) 
 
     Parameters
     ----------
-    polygons : geometries, or a list of polygons, each one ring or a list of rings.
+    polygons : geometries, a list of polygons, each one ring or a list of rings, or a `Polygons`.
     name : what messages call them.
     is_one : whether rings that are given as points are one polygon, a ring or a list of rings.
 
@@ -195,21 +195,25 @@ def as_polygons(polygons: Any, name: str = "polygons", *, is_one: bool = False) 
     """
     if isinstance(polygons, PolygonList):
         return polygons
+    if all(hasattr(polygons, field) for field in ("positions", "ring_starts", "polygon_rings", "source", "count")):
+        counts = np.zeros(polygons.count, np.int64)
+        np.add.at(counts, polygons.source, np.diff(polygons.polygon_rings))
+        rings = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        return PolygonList(np.ascontiguousarray(polygons.positions[:, :2]), polygons.ring_starts, rings)
     found = None if isinstance(polygons, (str, bytes)) else members(polygons, name)
     if isinstance(polygons, (str, bytes)):
         raise InputError(f"{name}: {EXPECTED}, got {quote(polygons)}")
     if found is None:
         listed = [polygons] if is_one else list(polygons)
-        names = [name] if is_one else [f"{name}[{number}]" for number in range(len(listed))]
-        return lay_end_to_end([plain_rings(one, called) for one, called in zip(listed, names, strict=True)])
-    listed, name = found
+        called = name if is_one else f"{name}[{{}}]"
+        return lay_end_to_end([plain_rings(one, called.format(number)) for number, one in enumerate(listed)])
+    listed, called = found
     array = np.empty(len(listed), object)
     array[:] = listed
     whole = take_apart(array)
     if whole is not None:
         return whole
-    names = [name] if is_geometry(polygons) and len(listed) == 1 else [f"{name}[{number}]" for number in range(len(listed))]
-    return lay_end_to_end([rings_of_one(one, called) for one, called in zip(listed, names, strict=True)])
+    return lay_end_to_end([rings_of_one(one, called.format(number)) for number, one in enumerate(listed)])
 
 
 def rings_of_one(geometry: Any, name: str) -> list[Float64Array]:

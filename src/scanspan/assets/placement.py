@@ -149,9 +149,11 @@ def check_windows(size: Any, block: Any) -> list[Window]:
     """Return the windows that an image is cut into, row by row."""
     (width, height), _ = check_raster(size, None)
     meaning = "the side of a block, or its (width, height), whole numbers above 0"
-    if hasattr(block, "__index__"):
-        block = (block, block)
-    across, down = whole_numbers("block", block, meaning, (1, 1))
+    is_side = hasattr(block, "__index__") and not isinstance(block, (bool, np.bool_))
+    if is_side and block.__index__() > 0:
+        across = down = block.__index__()
+    else:
+        across, down = whole_numbers("block", block, meaning, (1, 1))
     return [
         Window(x, y, min(across, width - x), min(down, height - y))
         for y in range(0, height, down)

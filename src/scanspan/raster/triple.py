@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.geometry.fixed_point import HALF_BITS, HALF_MASK, halves_sign, product_halves
-from scanspan.jit import helper_kernel
+from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Int64Array, Integer
 
 DIGITS = 10  # of 20 bits, for products of three numbers of 60 bits
@@ -74,7 +74,7 @@ def cross_sign(a0: Integer, b0: Integer, a1: Integer, b1: Integer) -> Integer:
     return halves_sign(high, low)
 
 
-@helper_kernel
+@kernel
 def triple_sign(
     a0: Integer, b0: Integer, c0: Integer, a1: Integer, b1: Integer, c1: Integer, a2: Integer, b2: Integer, c2: Integer,
     digits: Int64Array,
