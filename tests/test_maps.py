@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+from functools import reduce
 
 import numpy as np
 import pytest
+import shapely
 
 import scanspan as ss
 from tests.maps import decode, fetch_atlas, subdivision, unroll
@@ -23,7 +26,7 @@ def check_tiling(polygons, size, **options):
     hits = hits_of(polygons, size, **options)
     assert (int((hits == 0).sum()), int((hits > 1).sum())) == (0, 0)
     assert np.abs(hits_of(polygons, size, mode="area", **options) - 1).max() <= LIMIT
-    owner, first = (ss.zones(polygons, size, reduce=reduce, **options) for reduce in ("last", "first"))
+    owner, first = (ss.zones(polygons, size, reduce=rule, **options) for rule in ("last", "first"))
     assert np.array_equal(owner, first)
     return owner
 
@@ -94,8 +97,17 @@ def atlas(tmp_path_factory):
     return [[part for ring in polygon for part in unroll(ring)] for polygon in polygons], names
 
 
+@pytest.fixture(scope="module")
+def overlaps(atlas):
+    """Give what shapely finds to lie in two countries, with a margin."""
+    shapes = [reduce(shapely.symmetric_difference, [shapely.Polygon(ring).buffer(0) for ring in rings]) for rings in atlas[0]]
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="intersects").T
+    found = [shapes[a].intersection(shapes[b]) for a, b in pairs if a < b]
+    return [both.buffer(1e-3) for both in found if both.area > 0]
+
+
 @pytest.mark.parametrize("size", SIZES)
-def test_countries_tile_the_world(atlas, size, report):
+def test_countries_tile_the_world(atlas, overlaps, size, report):
     polygons, _ = atlas
     options = {"bounds": (-180, -90, 180, 90)}
     hits = hits_of(polygons, size, **options)
@@ -107,8 +119,12 @@ def test_countries_tile_the_world(atlas, size, report):
     report(f"{size[0]} x {size[1]}: {len(polygons)} countries, {int(land.sum())} pixels of land, {gaps} gaps, {doubles} double")
     assert (gaps, doubles) == (0, 0)
     assert np.array_equal(hits == 1, land)
+
+    # In areas the same, but where the outlines themselves lie on each other by less than a pixel, as Sudan's do.
     share = ss.coverage([ring for polygon in polygons for ring in polygon], size, mode="area", **options)
-    assert np.abs(hits_of(polygons, size, mode="area", **options) - share).max() <= LIMIT
+    off = np.abs(hits_of(polygons, size, mode="area", **options) - share) > LIMIT
+    assert not (off & ~ss.coverage(overlaps, size, mode="touched", **options)).any()
+    assert int(off.sum()) < 20
     assert abs(land.mean() - share.mean()) < 0.02
 
 
@@ -121,6 +137,15 @@ def test_the_sea_is_what_the_countries_leave(atlas):
     owner = ss.zones(polygons, (720, 360), bounds=(-180, -90, 180, 90))
     assert names[owner[2 * (90 - 47), 2 * (180 + 2)]] == "France"
     assert names[owner[2 * (90 + 25), 2 * (180 + 134)]] == "Australia"
+
+
+def test_without_npm_or_a_registry_the_reason_is_told(monkeypatch, tmp_path):
+    if shutil.which("npm"):
+        monkeypatch.setenv("npm_config_registry", "http://127.0.0.1:9")
+        monkeypatch.setenv("npm_config_cache", str(tmp_path))
+        assert "npm could not fetch world-atlas" in str(fetch_atlas(tmp_path))
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert fetch_atlas(tmp_path) == "npm is not installed"
 
 
 # Others
@@ -243,7 +268,6 @@ def test_scikit_image_7271_nothing_is_rounded_up_at_one_corner():
 def test_xarray_spatial_3102_a_mode_holds_for_every_reduction():
     sliver = [(0.4, 0.6), (10.4, 10.6), (10.6, 10.4), (0.6, 0.4)]
     mask = ss.coverage(sliver, (11, 11), mode="touched")
-    for reduce in ("first", "last", "min", "max", "sum", "mean", "count"):
-        assert np.array_equal(
-            ss.zones([sliver], (11, 11), values=[1.0], reduce=reduce, mode="touched", background=0) == 1, mask
-        )
+    for rule in ("first", "last", "min", "max", "sum", "mean", "count"):
+        found = ss.zones([sliver], (11, 11), values=[1.0], reduce=rule, mode="touched", background=0)
+        assert np.array_equal(found == 1, mask)

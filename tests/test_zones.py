@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+import shapely
 
 import scanspan as ss
 from scanspan.assets.values import REDUCTIONS
+from scanspan.jit import signature_count
+from scanspan.raster import shares, spans, touched
 
 SIZE = (40, 30)
 MODES = ["center", "touched"]
@@ -214,6 +221,69 @@ def test_blocks_check_their_block():
     for block, quoted in ((0, "0"), ("x", "'x'"), ((2, 0), ".2, 0."), (1.5, "1.5"), (True, "True")):
         with pytest.raises(ss.InputError, match=f"block = {quoted}: expected the side of a block, or its"):
             ss.blocks(ss.zones, [SQUARE], (3, 3), block)
+
+
+PLAIN = """
+import hashlib
+import numpy as np
+import scanspan as ss
+
+rng = np.random.default_rng(7)
+polygons = [[rng.uniform(-3, 15, (5, 2)), np.rint(rng.uniform(-3, 15, (4, 2)))] for _ in range(6)]
+polygons.append([polygons[0][0], polygons[0][0][::-1]])
+digest = hashlib.sha256()
+for rule in ("even-odd", "abs-geq-two"):
+    for options in ({}, {"mode": "touched"}, {"mode": "touched", "reduce": "sum"}, {"reduce": "count"},
+                    *({"mode": "area", "reduce": reduce} for reduce in ("sum", "count", "majority"))):
+        digest.update(ss.zones(polygons, (12, 9), values=np.arange(7) / 4, fill_rule=rule, **options).tobytes())
+far = np.array([(-3e6, 4.0), (9e6, 5.1), (8e6, 5.3), (-3e6, 4.1)])
+digest.update(ss.coverage([far, far[::-1] + 0.001], (12, 9), mode="touched", fill_rule="positive", subpixel_bits=16).tobytes())
+print(digest.hexdigest())
+"""
+
+
+def test_plain_python_gives_the_bits_of_the_compiled_kernels():
+    printed = [
+        subprocess.run(
+            [sys.executable, "-W", "error", "-c", PLAIN], env={**os.environ, **changed}, capture_output=True, text=True
+        )
+        for changed in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]
+    assert [ended.stderr[-2000:] for ended in printed] == ["", ""]
+    assert printed[0].stdout == printed[1].stdout
+
+
+def test_no_kernel_is_compiled_twice_for_odd_inputs():
+    kernels = [spans.cut_spans, spans.rank_spans, spans.count_spans, spans.sum_spans, touched.touch_spans, shares.add_shares,
+               shares.sum_shares, shares.largest_share]  # fmt: skip
+    before = [signature_count(kernel) for kernel in kernels]
+    ring = np.array([(0, 0), (5, 0.5), (3, 4.5)])
+    frozen = ring.copy()
+    frozen.flags.writeable = False
+    forms = [
+        ring,
+        ring.tolist(),
+        np.asfortranarray(ring),
+        ring.astype(np.float32),
+        frozen,
+        ring[::-1][::-1],
+        ring.astype(">f8"),
+    ]
+    pictures = []
+    for form in [*([form] for form in forms), ss.Polygons([ring]), [shapely.Polygon(ring)]]:
+        for mode, reduce in (
+            ("center", "last"),
+            ("center", "mean"),
+            ("touched", "sum"),
+            ("area", "mean"),
+            ("area", "majority"),
+        ):
+            window = tuple(np.array([0, 0, 5, 4], np.int16))
+            found = ss.zones(form, (np.int16(8), 6), values=np.array([2], ">i2"), mode=mode, reduce=reduce, window=window)
+            pictures.append(found.astype(float))
+    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(pictures, pictures[5:], strict=False))
+    after = [signature_count(kernel) for kernel in kernels]
+    assert all(count <= max(1, old) for count, old in zip(after, before, strict=True))
 
 
 def test_every_reduction_is_tested():

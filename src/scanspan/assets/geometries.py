@@ -199,7 +199,7 @@ def as_polygons(polygons: Any, name: str = "polygons", *, is_one: bool = False) 
         counts = np.zeros(polygons.count, np.int64)
         np.add.at(counts, polygons.source, np.diff(polygons.polygon_rings))
         rings = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        return PolygonList(np.ascontiguousarray(polygons.positions[:, :2]), polygons.ring_starts, rings)
+        return PolygonList(polygons.positions[:, :2].copy(), polygons.ring_starts.copy(), rings)
     found = None if isinstance(polygons, (str, bytes)) else members(polygons, name)
     if isinstance(polygons, (str, bytes)):
         raise InputError(f"{name}: {EXPECTED}, got {quote(polygons)}")
