@@ -20,7 +20,7 @@ from scanspan.assets.rings import FILL_RULES
 from scanspan.assets.values import check_reduction, fill_value, rank_values, sum_values
 from scanspan.errors import LimitError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
-from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, run_bands
+from scanspan.raster.algorithms import PASS_BYTES, SMALL, SMALL_IMAGE, run_bands
 from scanspan.raster.area import AREA_BITS
 from scanspan.raster.options import check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.shares import add_shares, gather_edges, largest_share, sum_shares
@@ -64,7 +64,7 @@ class Block:
         self.threads = 1 if few else check_threads(threads)
         check_threads(threads)
 
-    def fill(self, shape: tuple[int, ...], dtype: Any, start: float, draw: Callable[[Array, Sampling], None]) -> Array:
+    def fill(self, shape: tuple[int, ...], dtype: Any, start: Any, draw: Callable[[Array, Sampling], None]) -> Array:
         """Return an array for the window, filled in bands of rows; `draw` is given the rows of a band and their sampling."""
         window, target = self.window, np.full((self.window.height, self.window.width, *shape), start, dtype)
         whole = make_sampling(
@@ -77,7 +77,10 @@ class Block:
                 rows = whole._replace(y_start=window.y_start + y_start, y_end=window.y_start + y_end)
                 draw(target[y_start:y_end], rows)
 
-        run_bands(draw_band, window.height, self.threads)
+        # Let a band of what is written in any order stay in the cache.
+        scattered = self.mode != "center" and len(self.xy) >= SMALL
+        passes = -(-(target.nbytes + 8 * window.width * window.height) // PASS_BYTES) if scattered else 1
+        run_bands(draw_band, window.height, self.threads, passes)
         return target
 
     def spans(self, sampling: Sampling) -> Int32Array:
@@ -106,10 +109,10 @@ class Block:
 
     def largest(self) -> Array:
         """Return the number of the polygon that covers most of each pixel, int32, -1 for none."""
-        both = self.share(largest_share, (2,), 0.0, np.zeros(len(self.polygon_rings) - 1))
-        return np.where(both[..., 0] > 0.0, both[..., 1], -1.0).astype(np.int32)
+        both = self.share(largest_share, (2,), (0.0, -1.0), np.zeros(len(self.polygon_rings) - 1))
+        return both[..., 1].astype(np.int32)
 
-    def share(self, kernel: Callable[..., None], shape: tuple[int, ...], start: float, values: Array) -> Array:
+    def share(self, kernel: Callable[..., None], shape: tuple[int, ...], start: Any, values: Array) -> Array:
         """Return what a kernel of raster/shares.py makes of the shares of pixels."""
         edges, starts = gather_edges(self.xy, self.ring_starts, self.polygon_rings)
         width = self.size[0]
@@ -227,7 +230,9 @@ def zones(
     else:
         ranks, owner = rank_values(reduce, given, count)
         highest = block.rank(ranks)
-        winner = owner[highest]
+        winner = highest if reduce == "last" else owner[highest]
+    if given is None and background is None:
+        return winner
     if given is None:
         return fill_value(winner, winner < 0, background, -1)
     found = np.concatenate([given, np.zeros(1, given.dtype)])[winner]
