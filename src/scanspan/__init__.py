@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from scanspan.errors import LimitError as LimitError
     from scanspan.errors import ScanspanError as ScanspanError
     from scanspan.geometry.dice import dice as dice
+    from scanspan.masks import blocks as blocks
     from scanspan.masks import coverage as coverage
+    from scanspan.masks import zones as zones
     from scanspan.pipeline import count as count
     from scanspan.pipeline import interpolate as interpolate
     from scanspan.pipeline import rasterize as rasterize
@@ -70,6 +72,7 @@ _HOMES = {
     "aggregate": "aggregates",
     "colorize": "shade.colormap",
     "count": "pipeline",
+    "blocks": "masks",
     "coverage": "masks",
     "dice": "geometry.dice",
     "explain": "view.explain",
@@ -79,6 +82,7 @@ _HOMES = {
     "rasterize": "pipeline",
     "render": "pipeline",
     "triangulate": "tessellation",
+    "zones": "masks",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -1,40 +1,147 @@
-"""Masks: which pixels polygons cover, and how much of each. For maps, masks and plots."""
+"""Masks: which pixels polygons cover, how much of each, and whose they are. For maps, masks and plots.
+
+Polygons come in any form (assets/geometries.py), lie in the image by a transform (assets/placement.py), and are drawn into the
+part of it that is asked for: a window, or one block after the other. What a pixel gets depends on the polygons and on where it
+lies in the image alone, so blocks of any size fit together to the bit.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from threading import Event
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.lens import check_size
-from scanspan.assets.rings import FILL_RULES, as_rings
+from scanspan.assets.geometries import PolygonList, as_polygons
+from scanspan.assets.placement import Window, check_raster, check_windows, place, select_near
+from scanspan.assets.rings import FILL_RULES
+from scanspan.assets.values import check_reduction, fill_value, rank_values, sum_values
 from scanspan.errors import LimitError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
-from scanspan.raster.algorithms import run_kernel
-from scanspan.raster.area import AREA_BITS, area_kernel, gather_edges
-from scanspan.raster.edge_walk import edge_walk_hits
-from scanspan.raster.options import check_subpixel_bits, make_sampling
-from scanspan.raster.trapezoids import flat_trapezoids
+from scanspan.raster.algorithms import PASS_BYTES, SMALL, SMALL_IMAGE, run_bands
+from scanspan.raster.area import AREA_BITS
+from scanspan.raster.options import check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.shares import add_shares, gather_edges, largest_share, sum_shares
+from scanspan.raster.spans import count_spans, cut_spans, rank_spans, sum_spans
+from scanspan.raster.touched import touch_spans
+from scanspan.records import Array, Int32Array, Sampling
 from scanspan.samples import sample_offsets
 from scanspan.target.image import MAX_PIXELS
 
-MODES = ("center", "area")
+MODES = ("center", "touched", "area")
+
+
+class Block:
+    """Polygons on the sub-pixel grid, and the part of an image that they are drawn into."""
+
+    def __init__(
+        self, polygons: PolygonList, size: Any, window: Any, mode: str, fill_rule: str, subpixel_bits: Any, threads: Any,
+        transform: Any, bounds: Any,
+    ) -> None:  # fmt: skip
+        """Check all that is asked for, and snap the polygons that come near the window; the others keep their numbers."""
+        if mode not in MODES:
+            raise unknown_name("mode", mode, MODES)
+        if fill_rule not in FILL_RULES:
+            raise unknown_name("fill rule", fill_rule, FILL_RULES)
+        self.size, self.window = check_raster(size, window)
+        width, height = self.window.width, self.window.height
+        if width * height > MAX_PIXELS:
+            raise LimitError(
+                f"{'size' if window is None else 'window'} = {width} x {height} pixels: the limit is {MAX_PIXELS} in all; "
+                "ask for one window= after the other, or use blocks()"
+            )
+        bits = check_subpixel_bits(subpixel_bits)
+        self.mode, self.rule, self.bits = mode, FILL_RULES.index(fill_rule), int(AREA_BITS) if mode == "area" else bits
+        near = select_near(place(polygons, self.size, transform, bounds), self.window)
+        self.xy, self.ring_starts, self.polygon_rings = (
+            snap_points(near.points, self.bits),
+            near.ring_starts,
+            near.polygon_rings,
+        )
+        few = len(self.xy) < SMALL and width * height < SMALL_IMAGE
+        self.threads = 1 if few else check_threads(threads)
+        check_threads(threads)
+
+    def fill(self, shape: tuple[int, ...], dtype: Any, start: Any, draw: Callable[[Array, Sampling], None]) -> Array:
+        """Return an array for the window, filled in bands of rows; `draw` is given the rows of a band and their sampling."""
+        window, target = self.window, np.full((self.window.height, self.window.width, *shape), start, dtype)
+        whole = make_sampling(
+            self.size, sample_offsets(1, self.bits)[0], rule="top-left", cull="none", subpixel_bits=self.bits
+        )._replace(x_start=window.x_start, x_end=window.x_start + window.width)
+
+        def draw_band(y_start: int, y_end: int, stop: Event) -> None:
+            """Draw some rows."""
+            if not stop.is_set():
+                rows = whole._replace(y_start=window.y_start + y_start, y_end=window.y_start + y_end)
+                draw(target[y_start:y_end], rows)
+
+        # Let a band of what is written in any order stay in the cache.
+        scattered = self.mode != "center" and len(self.xy) >= SMALL
+        passes = -(-(target.nbytes + 8 * window.width * window.height) // PASS_BYTES) if scattered else 1
+        run_bands(draw_band, window.height, self.threads, passes)
+        return target
+
+    def spans(self, sampling: Sampling) -> Int32Array:
+        """Return the spans that polygons cover or touch."""
+        shapes = (self.xy, self.ring_starts, self.polygon_rings, self.rule, sampling)
+        inside = cut_spans(*shapes)
+        return touch_spans(*shapes, inside) if self.mode == "touched" else inside
+
+    def rank(self, rank: Int32Array) -> Array:
+        """Return the highest rank of the polygons at each pixel, int32, -1 for none."""
+        return self.fill((), np.int32, -1, lambda rows, s: rank_spans(rows, self.spans(s), rank, s.x_start, s.y_start))
+
+    def count(self) -> Array:
+        """Return how many polygons are at each pixel, int32; for "area" how much of it they cover, float64."""
+        if self.mode == "area":
+            return self.share(add_shares, (), 0.0, np.zeros(len(self.polygon_rings) - 1))
+        return self.fill((), np.int32, 0, lambda rows, s: count_spans(rows, self.spans(s), s.x_start, s.y_start))
+
+    def sum(self, values: NDArray[np.float64]) -> tuple[Array, Array]:
+        """Return how many polygons are at each pixel, and the sum of their values; for "area" both weighted by shares."""
+        if self.mode == "area":
+            both = self.share(sum_shares, (2,), 0.0, values)
+            return both[..., 0], both[..., 1]
+        total = self.fill((), np.float64, 0.0, lambda rows, s: sum_spans(rows, self.spans(s), values, s.x_start, s.y_start))
+        return self.count(), total
+
+    def largest(self) -> Array:
+        """Return the number of the polygon that covers most of each pixel, int32, -1 for none."""
+        both = self.share(largest_share, (2,), (0.0, -1.0), np.zeros(len(self.polygon_rings) - 1))
+        return both[..., 1].astype(np.int32)
+
+    def share(self, kernel: Callable[..., None], shape: tuple[int, ...], start: Any, values: Array) -> Array:
+        """Return what a kernel of raster/shares.py makes of the shares of pixels."""
+        edges, starts = gather_edges(self.xy, self.ring_starts, self.polygon_rings)
+        width = self.size[0]
+        return self.fill(
+            shape, np.float64, start, lambda rows, s: kernel(rows, edges, starts, values, self.rule, s, width)
+        )  # fmt: skip
 
 
 def coverage(
-    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", subpixel_bits: int = 8
-) -> NDArray[Any]:
+    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", transform: Any = None,
+    bounds: Any = None, window: Any = None, subpixel_bits: int = 8, threads: int | None = None,
+) -> NDArray[Any]:  # fmt: skip
     """Return which pixels a polygon covers, or how much of each.
 
     Parameters
     ----------
-    rings : one ring, (M, 2) points in pixels, y down, or a list of rings; the closing point may be repeated.
+    rings : one polygon: a ring, (M, 2) points in pixels, y down, or a list of rings; the closing point may be repeated. Or any
+        geometry, as for `zones`: a pixel is covered where one of them covers it, and shares of several are added up.
     size : (width, height) of the image in pixels.
-    mode : "center", whether the pixel's centre is inside, or "area", the share of the pixel that is, right to 2^-40. Polygons
-        whose edges match end to end add up to exactly 1; so values are not held to 0..1, and may miss it by 2^-40.
+    mode : "center", whether the pixel's centre is inside; "touched", whether any of it is, the open pixel meets the open
+        polygon; or "area", the share of the pixel that is, right to 2^-40. Polygons whose edges match end to end add up to
+        exactly 1; so values are not held to 0..1, and may miss it by 2^-40.
     fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
+    transform : an affine transform from columns and rows to the map, in the order of rasterio, (a, b, c, d, e, f), or as an
+        array of shape (2, 3) or (3, 3); an `affine.Affine` is one. Points are then those of the map.
+    bounds : instead, (left, bottom, right, top) of the image on the map, north up.
+    window : (x_start, y_start, width, height), the part of the image that is wanted; the same bits as in the whole.
     subpixel_bits : points are snapped to 1/2^s pixel; for "area" to 1/65536.
+    threads : how many threads share the rows; None for one for each processor. The same bits with any number.
 
     Returns
     -------
@@ -43,26 +150,125 @@ def coverage(
     Raises
     ------
     InputError : for anything that cannot be used; the message quotes it.
+    LimitError : for more than 2^28 pixels at once; a window of a larger image may be asked for, up to 2^18 a side.
 
     Examples
     --------
     >>> coverage([(0, 0), (2, 0), (2, 0.5), (0, 0.5)], (2, 1), mode="area")
     array([[0.5, 0.5]])
+    >>> coverage([(0, 0), (1.1, 0), (1.1, 1), (0, 1)], (3, 1), mode="touched")
+    array([[ True, True, False]])
     """
-    if mode not in MODES:
-        raise unknown_name("mode", mode, MODES)
-    if fill_rule not in FILL_RULES:
-        raise unknown_name("fill rule", fill_rule, FILL_RULES)
-    (width, height), rule = check_size(size), FILL_RULES.index(fill_rule)
-    if width * height > MAX_PIXELS:
-        raise LimitError(f"size = ({width}, {height}): the limit is {MAX_PIXELS} pixels in all")
-    bits = check_subpixel_bits(subpixel_bits)
-    points, starts = as_rings(rings)
-    if mode == "area":
-        cover = np.empty((height, width))
-        area_kernel(gather_edges(snap_points(points, int(AREA_BITS)), starts, height), rule, cover)
-        return cover
-    sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
-    hits = np.zeros((height, width), np.int32)
-    run_kernel(edge_walk_hits, hits, flat_trapezoids(snap_points(points, bits), starts, rule, 0.0, sampling), sampling, 1)
-    return hits > 0
+    polygons = as_polygons(rings, "rings", is_one=True)
+    block = Block(polygons, size, window, mode, fill_rule, subpixel_bits, threads, transform, bounds)
+    return block.count() if mode == "area" else block.count() > 0
+
+
+def zones(
+    polygons: Any, size: tuple[int, int], *, values: ArrayLike | None = None, reduce: str = "last", mode: str = "center",
+    background: Any = None, fill_rule: str = "even-odd", transform: Any = None, bounds: Any = None, window: Any = None,
+    subpixel_bits: int = 8, threads: int | None = None,
+) -> NDArray[Any]:  # fmt: skip
+    """Return to which of many polygons each pixel belongs, or what becomes of the values of those that cover it.
+
+    Parameters
+    ----------
+    polygons : a list of polygons, each a ring, a list of rings, or a geometry; or a GeoSeries, a GeoDataFrame or GeoJSON. What
+        has `__geo_interface__` will do, shapely's geometries among them. Each is one polygon and keeps its number, empty ones
+        too; z is dropped. Points and lines are refused.
+    size : (width, height) of the image in pixels.
+    values : (P,) numbers of any type, one for each polygon; None for the number of the polygon.
+    reduce : which of the polygons at a pixel decides: "first", "last", "min", "max" (by value; NaN wins), or "majority", the
+        one that covers most of it, the first of equals. Or what all of them make: "count", "sum", "mean".
+    mode : which polygons are at a pixel: "center", those that hold its centre; "touched", those that it meets. Or "area", for
+        "majority", "count", "sum" and "mean": all, each by the share of the pixel that it covers.
+    background : where there is no polygon. By default -1 for numbers, 0 for counts and sums, NaN for means and floats, and 0
+        for values that are whole numbers.
+    fill_rule, transform, bounds, window, subpixel_bits, threads : as for `coverage`.
+
+    Returns
+    -------
+    (H, W): int32 for the numbers of polygons and for counts, the type of the values where one polygon decides, int64 for sums
+    of whole numbers, float64 else.
+
+    Raises
+    ------
+    InputError : for anything that cannot be used; the message quotes it.
+    LimitError : as for `coverage`, and for sums of whole numbers that may pass 2^53.
+
+    Examples
+    --------
+    >>> wide, narrow = [(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 0), (2.4, 0), (2.4, 1), (1, 1)]
+    >>> zones([wide, narrow], (5, 1))
+    array([[ 0, 1, 0, 0, -1]], dtype=int32)
+    >>> zones([wide, narrow], (5, 1), values=[10, 20], reduce="sum")
+    array([[10, 30, 10, 10, 0]])
+    >>> zones([wide, narrow], (5, 1), reduce="count", mode="touched")
+    array([[1, 2, 2, 1, 0]], dtype=int32)
+    >>> zones([wide, narrow], (5, 1), values=[0.0, 1.0], reduce="mean", mode="area").round(2)
+    array([[0. , 0.5 , 0.29, 0. , nan]])
+    """
+    listed = as_polygons(polygons)
+    count = len(listed.polygon_rings) - 1
+    given = check_reduction(reduce, mode, values, count)
+    block = Block(listed, size, window, mode, fill_rule, subpixel_bits, threads, transform, bounds)
+    if reduce == "count":
+        counted = block.count()
+        return fill_value(counted, counted == 0, background, 0)
+    if reduce in ("sum", "mean"):
+        assert given is not None
+        weights, total = block.sum(sum_values(given))
+        is_empty = weights <= (2.0**-40 if mode == "area" else 0)
+        if reduce == "mean":
+            return fill_value(np.where(is_empty, 0.0, total) / np.where(is_empty, 1.0, weights), is_empty, background, np.nan)
+        is_whole = given.dtype.kind != "f" and mode != "area"
+        return fill_value(total.astype(np.int64) if is_whole else total, is_empty, background, 0)
+
+    # One polygon decides.
+    if reduce == "majority":
+        winner = block.largest()
+    else:
+        ranks, owner = rank_values(reduce, given, count)
+        highest = block.rank(ranks)
+        winner = highest if reduce == "last" else owner[highest]
+    if given is None and background is None:
+        return winner
+    if given is None:
+        return fill_value(winner, winner < 0, background, -1)
+    found = np.concatenate([given, np.zeros(1, given.dtype)])[winner]
+    return fill_value(found, winner < 0, background, np.nan if given.dtype.kind == "f" else 0)
+
+
+def blocks(
+    function: Callable[..., NDArray[Any]], polygons: Any, size: tuple[int, int], block: int | tuple[int, int] = 1024,
+    **options: Any,
+) -> Iterator[tuple[Window, NDArray[Any]]]:  # fmt: skip
+    """Return an image one block after the other, row by row from the top left: windows, and what `function` gives for them.
+
+    For images too large to be held. Together the blocks are what the whole would be, to the bit.
+
+    Parameters
+    ----------
+    function : `coverage` or `zones`.
+    polygons : as for the function; they are read once.
+    size : (width, height) of the whole image, up to 2^18 a side.
+    block : the side of a block in pixels, or its (width, height). Those at the right and the lower border may be smaller.
+    options : passed on.
+
+    Returns
+    -------
+    An iterator over ((x_start, y_start, width, height), an array of (height, width)).
+
+    Raises
+    ------
+    InputError : at once for a size, a block or polygons that cannot be used; for options with the first block.
+
+    Examples
+    --------
+    >>> square = [(0, 0), (3, 0), (3, 2), (0, 2)]
+    >>> [(tuple(window), int(found.sum())) for window, found in blocks(coverage, square, (4, 2), 2)]
+    [((0, 0, 2, 2), 4), ((2, 0, 2, 2), 2)]
+    """
+    windows = check_windows(size, block)
+    listed = as_polygons(polygons, "polygons", is_one=function is coverage)
+    return ((window, function(listed, size, window=window, **options)) for window in windows)

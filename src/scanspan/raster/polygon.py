@@ -17,7 +17,8 @@ Source: the lectures' scan-line polygon fill; Foley, van Dam, Feiner and Hughes 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from scanspan.geometry.fill_rule import EVEN_ODD as EVEN_ODD
 from scanspan.geometry.fill_rule import NON_ZERO as NON_ZERO
 from scanspan.geometry.fill_rule import is_filled as is_filled
 from scanspan.geometry.fixed_point import product_halves
-from scanspan.jit import helper_kernel, kernel
+from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.active_edges import sort_by_x
 from scanspan.raster.edge import edge_start
 from scanspan.raster.edge_walk import start_crossing, step_crossing
@@ -267,11 +268,11 @@ def bound_span(
     return trapezoids, total + 1
 
 
-@helper_kernel
+@inline_kernel
 def scan_row(
-    trapezoids: Trapezoids, total: Integer, owner: Integer, table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
-    fill_rule: int, sampling: Sampling,
-) -> tuple[Trapezoids, Integer]:  # fmt: skip
+    bound: Callable[..., tuple[Any, Integer]], kept: Any, total: Integer, owner: Integer, table: EdgeTable, active: ActiveList,
+    count: Integer, y: Integer, fill_rule: int, sampling: Sampling,
+) -> tuple[Any, Integer]:  # fmt: skip
     """Walk along row y from edge to edge, and bound a span wherever the polygon's inside ends.
 
     Rule    is_filled, asked behind every edge.
@@ -286,8 +287,8 @@ def scan_row(
         if is_inside and not was_inside:
             left = e
         elif was_inside and not is_inside:
-            trapezoids, total = bound_span(trapezoids, total, owner, edges, x, left, e, y, sampling)
-    return trapezoids, total
+            kept, total = bound(kept, total, owner, edges, x, left, e, y, sampling)
+    return kept, total
 
 
 @helper_kernel
@@ -307,21 +308,20 @@ def step_edges(table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
     return kept
 
 
-@kernel
-def cut_trapezoids(
-    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, sampling: Sampling
-) -> tuple[Int32Array, Int64Array, Int64Array]:
-    """Cut polygons into trapezoids that hold their samples, each sample once; return owner, lines and limits.
+@inline_kernel
+def sweep_polygons(
+    bound: Callable[..., tuple[Any, Integer]], kept: Any, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array,
+    fill_rule: int, sampling: Sampling,
+) -> tuple[Any, Integer]:  # fmt: skip
+    """Sweep down one polygon after the other and bound their spans; return what `bound` has kept of them, and how much.
 
     Shapes  xy: (V, 2); ring_starts: (R + 1,) rows of xy, a ring is closed from its last point to its first; polygon_rings:
-            (P + 1,) rings. Of the result, K trapezoids by polygon: owner (K,) the polygon; lines (K, 2, 4) the left line, whose
-            a is above 0, and the right one, as (a, b, q_x, q_y) with a (x - q_x) + b (y - q_y) above 0 between them; limits
-            (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
+            (P + 1,) rings. bound(kept, total, owner, edges, x, left, right, y, sampling) returns kept and total.
     Units   sub-pixels; sampling's rectangle in pixels.
     Rule    top-left, whatever sampling.rule: a sample on the left line is in, one on the right line is out. fill_rule: one
             of the five above.
     Needs   coordinates within 2^24 px; the rectangle is part of an image.
-    Cost    O(edges log edges + crossings + edges in a row, summed over rows). Memory: the largest polygon and the result.
+    Cost    O(edges log edges + crossings + edges in a row, summed over rows). Memory: the largest polygon and what is kept.
     Source  the lectures' scan-line polygon fill.
     """
     # Make room for the largest polygon.
@@ -332,9 +332,6 @@ def cut_trapezoids(
     width = max(np.int64(sampling.x_end) - sampling.x_start, np.int64(0))
     table = EdgeTable(np.empty((most, EDGE_COLUMNS), np.int64), np.empty(most, np.int64), np.empty(rows + 2, np.int64))
     active = ActiveList(np.empty(most, np.int64), np.empty(most, np.int64), np.empty((2, most), np.int64))
-    trapezoids = Trapezoids(
-        np.empty(CAPACITY, np.int32), np.empty((CAPACITY, 2, 4), np.int64), np.empty((CAPACITY, 4), np.int64)
-    )
     total: Integer = np.int64(0)
     for p in range(polygons):
         # Build the polygon's edge table.
@@ -350,7 +347,22 @@ def cut_trapezoids(
         count: Integer = np.int64(0)
         for y in range(row, row_end):
             count = insert_edges(table, active, count, y - row, y, width)
-            trapezoids, total = scan_row(trapezoids, total, p, table, active, count, y, fill_rule, sampling)
+            kept, total = scan_row(bound, kept, total, p, table, active, count, y, fill_rule, sampling)
             count = step_edges(table, active, count, y + 1, width)
             sort_by_x(active.order, active.x, count)
+    return kept, total
+
+
+@kernel
+def cut_trapezoids(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, sampling: Sampling
+) -> tuple[Int32Array, Int64Array, Int64Array]:
+    """Cut polygons into trapezoids that hold their samples, each sample once; return owner, lines and limits.
+
+    Shapes  as for sweep_polygons. Of the result, K trapezoids by polygon: owner (K,) the polygon; lines (K, 2, 4) the left
+            line, whose a is above 0, and the right one, as (a, b, q_x, q_y) with a (x - q_x) + b (y - q_y) above 0 between
+            them; limits (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
+    """
+    room = Trapezoids(np.empty(CAPACITY, np.int32), np.empty((CAPACITY, 2, 4), np.int64), np.empty((CAPACITY, 4), np.int64))
+    trapezoids, total = sweep_polygons(bound_span, room, xy, ring_starts, polygon_rings, fill_rule, sampling)
     return trapezoids.owner[:total].copy(), trapezoids.lines[:total].copy(), trapezoids.limits[:total].copy()
