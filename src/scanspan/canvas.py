@@ -24,20 +24,27 @@ from scanspan.masks import coverage
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
-from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
+from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.trapezoids import flat_trapezoids
 from scanspan.records import Float64Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
+from scanspan.target.paint import PAINTERS, PARITY, SEGMENT_KERNELS, SEGMENTS, cover_kernel
+from scanspan.target.strokes import LINE_BITS, paint_segments, pairs_kernel, snap_segments
 
 FILLS = ("scanline", "parity")
-LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
+LINES = {
+    "midpoint": MIDPOINT,
+    "dda": DDA,
+    "symmetric": SYMMETRIC,
+    "diamond-exit": DIAMOND_EXIT,
+    "run-length": RUN_LENGTH,
+    "wu": WU,
+}
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
-LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
 SQUARE = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 
 
@@ -177,19 +184,22 @@ class Canvas:
         ----------
         segments : (N, 2, 2) ends (x, y) in pixels, within 2^24 pixels.
         colors : one colour for all, or (N, 3) or (N, 4).
-        algorithm : "midpoint", "dda" and "symmetric" go from the pixel of one end to that of the other, both included. On a tie
-            midpoint does not step, dda rounds halves up, and symmetric draws the midpoint line from the end with the lower
-            (y, x). "diamond-exit" takes ends between pixels and leaves out the last pixel, so that lines that follow each other
-            touch each pixel once.
+        algorithm : "midpoint", "dda", "symmetric", "run-length" and "wu" go from the pixel of one end to that of the other,
+            both included. On a tie midpoint does not step, dda rounds halves up, and symmetric draws the midpoint line from the
+            end with the lower (y, x). Run-length paints what midpoint does, and is quicker for long, nearly level lines.
+            Wu is antialiased: two pixels share the colour at each step. "diamond-exit" takes ends between pixels and leaves out
+            the last pixel, so that lines that follow each other touch each pixel once.
         """
         check_name("algorithm", algorithm, LINES)
         ends = as_points(segments, (2, 2), "segments")
         codes = to_codes(colors, len(ends))
-        scale = 1 << LINE_BITS if algorithm == "diamond-exit" else 1
-        steps = np.rint(ends * scale) if scale > 1 else np.floor(ends)
-        kind, target = self._target(bool((codes[..., 3] == 255).all()))
-        values = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64)
-        SEGMENTS[kind](target, steps.astype(np.int64).reshape(-1, 4), values, LINES[algorithm], LINE_BITS)
+        values, rule = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64), LINES[algorithm]
+        steps = snap_segments(ends, rule)
+        if algorithm == "wu":
+            paint_segments(self.pixels, steps, values, self.threads, pairs_kernel, int(self.blend == "linear"))
+        else:
+            kind, target = self._target(bool((codes[..., 3] == 255).all()))
+            paint_segments(target, steps, values, self.threads, SEGMENT_KERNELS[kind], rule, LINE_BITS)
 
     def polyline(self, points: ArrayLike, color: Any, *, closed: bool = False) -> None:
         """Paint a line through (M, 2) points that touches no pixel of a corner twice; see "diamond-exit" of `lines`."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel
-from scanspan.records import Int32Array, Integer, UInt8Array
+from scanspan.records import Float64Array, Int32Array, Integer, UInt8Array
 from scanspan.shade.color import LINEAR_FROM_SRGB8, STARTS, THRESHOLDS
 from scanspan.shade.srgb import encode_value
 
@@ -70,8 +70,7 @@ def write_sample_srgb(row: UInt8Array, q: int, inside: bool, depth: float, numbe
         blend_over(row, q, np.int64(depth), ONE, 0)
 
 
-def pack_colors(colors: UInt8Array) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def pack_colors(colors: UInt8Array) -> Float64Array:
     """Return (..., 4) uint8 colours as whole numbers of 32 bits, red lowest, in float64 as depths are."""
-    weights = np.array([1.0, 256.0, 65536.0, 16777216.0])
-    packed: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = (colors.astype(np.float64) * weights).sum(axis=-1)
+    packed: Float64Array = np.ascontiguousarray(colors).view("<u4")[..., 0].astype(np.float64)
     return packed
