@@ -14,11 +14,14 @@ import shapely
 from numpy.typing import NDArray
 
 import scanspan as ss
+from scanspan.assets.rings import FILL_RULES
 from scanspan.geometry.chain import chain_rings
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes, arcs, circle, point_shapes, segment_shapes
 from scanspan.jit import kernel
+from scanspan.raster.area import gather_edges
 from scanspan.raster.shapes import draw_shapes
+from scanspan.raster.windows import cover_by_windows
 
 FAR = float(1 << 24)
 CAPS = ["butt", "round", "square"]
@@ -203,6 +206,24 @@ def test_what_a_line_covers_twice_is_painted_once() -> None:
     assert canvas.pixels[..., 0].max() == 128
 
 
+@pytest.mark.parametrize("rule", ["even-odd", "non-zero", "positive", "negative", "abs-geq-two"])
+@pytest.mark.parametrize("window", [3, 16])
+def test_windows_cover_what_the_whole_covers(rule: str, window: int, rng: np.random.Generator) -> None:
+    ring = np.concatenate([rng.uniform(-30, 70, (40, 2)), rng.integers(0, 40, (20, 2)), [[-1e6, 3], [1e6, 20], [20, -FAR]]])
+    edges = gather_edges(snap_points(ring, 16), np.array([0, len(ring)], np.int32), 37)
+    cover = np.empty((37, 41))
+    cover_by_windows(edges, FILL_RULES.index(rule), window, cover)
+    assert np.abs(cover - ss.coverage(ring, (41, 37), mode="area", fill_rule=rule)).max() < 2.0**-40
+
+
+def test_a_noisy_curve_takes_no_time() -> None:
+    # Thousands of pieces stand side by side in each row; compared with each other they would take minutes.
+    curve = np.stack([np.linspace(10, 390, 4000), 100 + 40 * np.random.default_rng(3).normal(size=4000)], axis=1)
+    canvas = ss.Canvas(400, 200, "black", blend="srgb")
+    canvas.polyline(curve, "white", antialias=True)
+    assert (canvas.pixels[60:140, :, 0] > 200).mean() > 0.5
+
+
 # Lines that are hardly any
 
 
@@ -266,6 +287,13 @@ def test_the_area_is_length_times_width(width: float) -> None:
     ends = np.array([[(3.2, 4.1), (33.7, 28.9)]])
     length = float(np.hypot(*(ends[0, 1] - ends[0, 0])))
     assert covered(segment_shapes(ends, width, "butt"), (40, 40)).sum() == pytest.approx(length * width, rel=2e-3)
+
+
+def test_points_have_the_area_of_squares_and_discs() -> None:
+    assert total([(20.3, 19.8)], name="points", size=(40, 40)) == pytest.approx(1.0, abs=0.01)
+    discs = ss.Canvas(40, 40, "black", blend="srgb")
+    discs.points([(12.4, 20.1), (29.7, 18.2)], "white", size=12.5, shape="disc", antialias=True)
+    assert discs.pixels[..., 0].sum() / 255 == pytest.approx(2 * np.pi * 6.25**2, abs=1.0)
 
 
 # Dashes

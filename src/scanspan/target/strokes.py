@@ -15,12 +15,13 @@ from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes
 from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, run_bands, run_kernel
-from scanspan.raster.area import AREA_BITS, EDGE_COLUMNS, Y0, Y1, area_kernel, gather_edges
+from scanspan.raster.area import AREA_BITS, EDGE_COLUMNS, Y0, Y1, gather_edges
 from scanspan.raster.options import make_sampling
 from scanspan.raster.polygon import NON_ZERO
 from scanspan.raster.segment import DIAMOND_EXIT
 from scanspan.raster.shapes import draw_shapes
 from scanspan.raster.trapezoids import flat_trapezoids
+from scanspan.raster.windows import cover_by_windows, window_width
 from scanspan.raster.wu import draw_pairs
 from scanspan.records import Array, Float64Array, Int64Array, Integer, UInt8Array
 from scanspan.samples import sample_offsets
@@ -134,6 +135,7 @@ def paint_shape(target: UInt8Array, rings: list[Float64Array], color: float, is_
     edges = gather_edges(xy, starts, height) if len(rings) else np.empty((0, EDGE_COLUMNS), np.int64)
     if not len(edges):
         return
+    window = window_width(edges, height, width)
     first, last = max(int(edges[:, Y0].min()) >> 16, 0), min(int(edges[:, Y1].max() - 1) >> 16, height - 1)
 
     def scan_band(y_start: int, y_end: int, stop: Event) -> None:
@@ -144,7 +146,7 @@ def paint_shape(target: UInt8Array, rings: list[Float64Array], color: float, is_
             met[:, [Y0, Y1]] -= row << 16
             cover = np.empty((row_end - row, width))
             if not stop.is_set():
-                area_kernel(met, NON_ZERO, cover)
+                cover_by_windows(met, NON_ZERO, window, cover)
                 cover_kernel(target[row:row_end], cover, int(color), int(is_linear))
 
     run_bands(scan_band, last + 1 - first, threads if len(edges) > SMALL else 1)
