@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 
 import scanspan as ss
 from scanspan.jit import kernel
-from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC, draw_segments
+from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, draw_segments
 from scanspan.raster.write import write_sample_hit
 
 Point = tuple[int, int]
 Segment = tuple[int, int, int, int]
 Size = tuple[int, int]
 
-WHOLE_RULES = [MIDPOINT, DDA, SYMMETRIC]
+WHOLE_RULES = [MIDPOINT, DDA, SYMMETRIC, RUN_LENGTH]
 RULES = [*WHOLE_RULES, DIAMOND_EXIT]
 FAR = 1 << 24
 HALF = Fraction(1, 2)
@@ -44,7 +44,9 @@ def count_segments(
     target: NDArray[np.int32], segments: NDArray[np.int64], values: NDArray[np.float64], rule: int, subpixel_bits: int
 ) -> None:
     """Count how often each pixel is touched."""
-    draw_segments(write_sample_hit, target, segments, values, rule, subpixel_bits)
+    height, width = np.int64(target.shape[0]), np.int64(target.shape[1])
+    flat = target.reshape(target.shape[0] * target.shape[1])
+    draw_segments(write_sample_hit, flat, width, np.int64(0), height, segments, values, rule, subpixel_bits)
 
 
 def touched(segments: Any, rule: int, size: Size, bits: int = 8) -> NDArray[np.int32]:
@@ -417,7 +419,7 @@ import numpy as np
 from scanspan.target.paint import SEGMENTS
 case = json.load(sys.stdin)
 pictures = []
-for rule in range(4):
+for rule in range(5):
     segments = np.array(case["subpixels" if rule == 3 else "pixels"], np.int64)
     target = np.zeros((9, 12), np.int32)
     SEGMENTS["opaque"](target, segments, np.arange(len(segments)) + 1.0, rule, 8)

@@ -20,24 +20,33 @@ from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import screen_triangles
+from scanspan.geometry.stroke import SQUARE, circle
 from scanspan.masks import coverage
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
-from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
-from scanspan.records import Float64Array, UInt8Array
+from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
+from scanspan.raster.stroke_options import check_extent, check_stroke
+from scanspan.records import UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.fill import FILLS, paint_mask
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, SEGMENTS, cover_kernel
+from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
+from scanspan.target.strokes import LINE_BITS, paint_segments, pairs_kernel, snap_segments
+from scanspan.target.stroking import cover_points, stroke_chain, stroke_segments
 
-LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
+LINES = {
+    "midpoint": MIDPOINT,
+    "dda": DDA,
+    "symmetric": SYMMETRIC,
+    "diamond-exit": DIAMOND_EXIT,
+    "run-length": RUN_LENGTH,
+    "wu": WU,
+}
 BLENDS = ("linear", "srgb")
 MAX_PIXELS = 1 << 28
-LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
-SQUARE = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 
 
 class Canvas:
@@ -167,58 +176,101 @@ class Canvas:
         value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
         FILLS[algorithm](kind, target, xy, starts, rule, value, sampling, self.threads)
 
-    def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
-        """Paint segments one pixel wide.
+    def lines(
+        self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint", antialias: bool = False, width: float = 1.0,
+        cap: str = "butt", dash: Any = None, dash_offset: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Paint segments in order.
+
+        Those of width 1 that are neither antialiased nor dashed nor capped go from pixel to pixel, by `algorithm`. All others
+        are strokes, from point to point, and the algorithm has no part in them; pixel (0, 0) has its centre at (0.5, 0.5).
 
         Parameters
         ----------
-        segments : (N, 2, 2) ends (x, y) in pixels, within 2^24 pixels.
+        segments : (N, 2, 2) ends in pixels, within 2^24 pixels.
         colors : one colour for all, or (N, 3) or (N, 4).
-        algorithm : "midpoint", "dda" and "symmetric" go from the pixel of one end to that of the other, both included. On a tie
-            midpoint does not step, dda rounds halves up, and symmetric draws the midpoint line from the end with the lower
-            (y, x). "diamond-exit" takes ends between pixels and leaves out the last pixel, so that lines that follow each other
-            touch each pixel once.
+        algorithm : "midpoint", "dda", "symmetric", "run-length" and "wu" go from the pixel of one end to that of the other,
+            both included. On a tie midpoint does not step, dda rounds halves up, and symmetric draws the midpoint line from the
+            end with the lower (y, x). Run-length paints what midpoint does, and is quicker for long, nearly level lines. Wu is
+            antialiased: two pixels share the colour at each step. "diamond-exit" takes ends between pixels and leaves out the
+            last pixel, so that lines that follow each other touch each pixel once.
+        antialias : whether a pixel is blended by the share of it that the stroke covers, exactly.
+        width : of the stroke in pixels.
+        cap : "butt", "round" or "square", as in SVG.
+        dash : None, or lengths (on, off, ...) in pixels, as in SVG.
+        dash_offset : how far into the dashes a segment begins.
         """
         check_name("algorithm", algorithm, LINES)
+        stroke, antialias = check_stroke(width, cap, dash=dash, dash_offset=dash_offset), check_flag("antialias", antialias)
         ends = as_points(segments, (2, 2), "segments")
         codes = to_codes(colors, len(ends))
-        scale = 1 << LINE_BITS if algorithm == "diamond-exit" else 1
-        steps = np.rint(ends * scale) if scale > 1 else np.floor(ends)
-        kind, target = self._target(bool((codes[..., 3] == 255).all()))
-        values = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64)
-        SEGMENTS[kind](target, steps.astype(np.int64).reshape(-1, 4), values, LINES[algorithm], LINE_BITS)
+        if antialias or not stroke.is_plain:
+            if algorithm == "wu":
+                raise InputError("algorithm = 'wu': its lines are as they are; leave out antialias, width, cap and dash")
+            stroke_segments(self.pixels, ends, codes, stroke, antialias, self.blend, self.threads)
+            return
+        values, rule = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64), LINES[algorithm]
+        steps = snap_segments(ends, rule)
+        if algorithm == "wu":
+            paint_segments(self.pixels, steps, values, self.threads, pairs_kernel, int(self.blend == "linear"))
+        else:
+            kind, target = self._target(bool((codes[..., 3] == 255).all()))
+            paint_segments(target, steps, values, self.threads, SEGMENT_KERNELS[kind], rule, LINE_BITS)
 
-    def polyline(self, points: ArrayLike, color: Any, *, closed: bool = False) -> None:
-        """Paint a line through (M, 2) points that touches no pixel of a corner twice; see "diamond-exit" of `lines`."""
-        chain = as_points(points, (2,), "points")
-        if check_flag("closed", closed) and len(chain):
+    def polyline(
+        self, points: ArrayLike, color: Any, *, closed: bool = False, antialias: bool = False, width: float = 1.0,
+        cap: str = "butt", join: str = "miter", miter_limit: float = 4.0, dash: Any = None, dash_offset: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Paint a line through points. Where it crosses itself it is painted once.
+
+        One of width 1 that is neither antialiased nor dashed nor capped is drawn by "diamond-exit", see `lines`, and touches no
+        pixel of a corner twice.
+
+        Parameters
+        ----------
+        points : (M, 2) in pixels, within 2^24 pixels; those that lie on the one before are left out.
+        color : any colour.
+        closed : whether its last point is joined to its first.
+        antialias, width, cap, dash, dash_offset : as for `lines`; dashes go on round corners.
+        join : "miter", "round" or "bevel", as in SVG.
+        miter_limit : a miter that is longer than so many widths is cut to a bevel.
+        """
+        closed, antialias = check_flag("closed", closed), check_flag("antialias", antialias)
+        stroke = check_stroke(width, cap, join, miter_limit, dash, dash_offset)
+        chain, code = as_points(points, (2,), "points"), to_codes(color)
+        if antialias or not stroke.is_plain:
+            stroke_chain(self.pixels, chain, closed, code, stroke, antialias, self.blend, self.threads)
+            return
+        if closed and len(chain):
             chain = np.concatenate([chain, chain[:1]])
         if len(chain) > 1:
-            self.lines(np.stack([chain[:-1], chain[1:]], axis=1), to_codes(color), algorithm="diamond-exit")
+            self.lines(np.stack([chain[:-1], chain[1:]], axis=1), code, algorithm="diamond-exit")
 
-    def points(self, xy: ArrayLike, colors: Any, *, size: float = 1.0, shape: str = "square") -> None:
+    def points(self, xy: ArrayLike, colors: Any, *, size: float = 1.0, shape: str = "square", antialias: bool = False) -> None:
         """Paint points.
 
         Parameters
         ----------
         xy : (N, 2) in pixels, within 2^24 pixels.
         colors : one colour for all, or (N, 3) or (N, 4).
-        size : side or diameter in pixels; a square of size 1 is always one pixel.
+        size : side or diameter in pixels; a square of size 1 is always one pixel, unless it is antialiased.
         shape : "square" or "disc"; a pixel is painted if its centre lies in it.
+        antialias : whether a pixel is blended instead by the share of it that is covered, exactly.
         """
         check_name("shape", shape, ("square", "disc"))
-        centres = as_points(xy, (2,), "xy")
-        if isinstance(size, bool) or not isinstance(size, (int, float, np.integer, np.floating)) or not 0 < size <= 1 << 18:
-            raise InputError(f"size = {size!r}: must be a number of pixels above 0 and at most {1 << 18}")
+        centres, extent = as_points(xy, (2,), "xy"), check_extent("size", size)
         codes = np.broadcast_to(to_codes(colors, len(centres)), (len(centres), 4))
+        if check_flag("antialias", antialias):
+            cover_points(self.pixels, centres, codes, extent, shape, self.blend == "linear", self.threads)
+            return
 
         # Leave out those so far away that their rims may lie beyond what is allowed; no image reaches there.
-        half = float(size) / 2
+        half = extent / 2
         is_near = (np.abs(centres) <= MAX_COORDINATE - half).all(axis=1)
         centres, codes = centres[is_near], codes[is_near]
 
         # Make each a fan of triangles.
-        rim = half * (SQUARE if shape == "square" else circle(half))
+        rim = half * (SQUARE[::-1] if shape == "square" else circle(half))
         count = len(rim)
         fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
         corners = (centres[:, None] + rim)[:, fan].reshape(-1, 3, 2)
@@ -282,14 +334,3 @@ def check_name(kind: str, name: object, valid: Iterable[str]) -> None:
     """Raise an InputError for a name that is not one of the valid ones, or no name at all."""
     if not isinstance(name, str) or name not in valid:
         raise unknown_name(kind, name, valid)
-
-
-def circle(radius: float) -> Float64Array:
-    """Return points on the unit circle, (M, 2), so many that for a radius in pixels no side is further inside than 1/50 pixel.
-
-    They are ((1 - t^2) / (1 + t^2), 2 t / (1 + t^2)), a quarter at a time, which every processor rounds alike; a sine is not.
-    """
-    quarter = max(4, int(np.ceil(np.sqrt(radius) * 5.2)))
-    t = np.arange(quarter) / quarter
-    x, y = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
-    return np.concatenate([np.stack(side, axis=1) for side in ((x, y), (-y, x), (-x, -y), (y, -x))])

@@ -26,9 +26,8 @@ def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Ar
             f"{name}: expected numbers of shape (N, {', '.join(map(str, shape))}), got {array.dtype} {array.shape}"
         )
     points = np.ascontiguousarray(array, np.float64)
-    bad = ~(np.abs(points) <= MAX_COORDINATE)
-    if bad.any():
-        row = int(np.argwhere(bad)[0][0])
+    if not (points.min() >= -MAX_COORDINATE and points.max() <= MAX_COORDINATE):
+        row = int(np.argwhere(~(np.abs(points) <= MAX_COORDINATE))[0][0])
         raise InputError(f"{name}[{row}] = {points[row].tolist()}: expected finite numbers within {MAX_COORDINATE} pixels")
     return points
 

@@ -181,14 +181,14 @@ def count_passes(triangles: ScreenTriangles, sampling: Sampling, size: int) -> i
     return -(-size // PASS_BYTES) if np.median(jumps) > sampling.y_end / 16 else 1
 
 
-def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1) -> list[Any]:
+def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1, each: int = 2) -> list[Any]:
     """Call `work(y_start, y_end, stop)` for bands of rows and return what it gave, from the top band to the bottom one.
 
-    At least `passes` bands, and two a thread, so that one that finishes early has something to do. `stop` is set when the
-    others need not go on.
+    At least `passes` bands, and two a thread, so that one that finishes early has something to do; `each` a thread where it is
+    dear that every band looks at everything. `stop` is set when the others need not go on.
     """
     stop = Event()
-    count = max(1, min(max(passes, 2 * threads if threads > 1 else 1), height))
+    count = max(1, min(max(passes, each * threads if threads > 1 else 1), height))
     edges = [height * i // count for i in range(count + 1)]
     if threads == 1 or count == 1:
         return [work(y_start, y_end, stop) for y_start, y_end in pairwise(edges)]

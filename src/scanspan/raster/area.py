@@ -120,6 +120,17 @@ def cut_row(edges: Int64Array, e: Integer, row: Integer, width: Integer, pieces:
 
 
 @helper_kernel
+def trapezoid_areas(
+    column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer
+) -> tuple[Integer, Integer]:
+    """Return what a piece covers of one column, and by how much more it covers each one further right."""
+    height = bottom - top
+    offset = np.float64(x_top + x_bottom - 2 * (column << LENGTH_BITS)) * (0.5 / np.float64(ONE))
+    left_out = np.int64(np.rint(np.float64(height) * offset * (UNIT / np.float64(ONE))))
+    return (height << 8) - left_out, left_out
+
+
+@helper_kernel
 def leave_trapezoid(
     sums: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
 ) -> None:
@@ -127,12 +138,9 @@ def leave_trapezoid(
 
     Shapes  sums: (W + 2,), areas; their running sum is the coverage.
     """
-    height = bottom - top
-    offset = np.float64(x_top + x_bottom - 2 * (column << LENGTH_BITS)) * (0.5 / np.float64(ONE))
-    left_out = np.int64(np.rint(np.float64(height) * offset * (UNIT / np.float64(ONE))))
-    whole = height << 8
-    sums[column] += sign * (whole - left_out)
-    sums[column + 1] += sign * left_out
+    here, further = trapezoid_areas(column, top, bottom, x_top, x_bottom)
+    sums[column] += sign * here
+    sums[column + 1] += sign * further
 
 
 @helper_kernel

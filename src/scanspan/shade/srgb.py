@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.jit import kernel
+from scanspan.jit import helper_kernel
 from scanspan.records import Float32Array, UInt8Array
 
 
-@kernel
+@helper_kernel
 def encode_value(light: float, thresholds: Float32Array, starts: UInt8Array) -> int:
     """Return the 8-bit code of one value of light.
 
@@ -26,7 +26,7 @@ def encode_value(light: float, thresholds: Float32Array, starts: UInt8Array) -> 
     return code + int(value >= thresholds[code])
 
 
-@kernel
+@helper_kernel
 def encode_values(light: Float32Array, thresholds: Float32Array, starts: UInt8Array, codes: UInt8Array) -> None:
     """Encode many values of light.
 

@@ -13,11 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel
-from scanspan.records import Int32Array, Integer, UInt8Array
+from scanspan.records import Float64Array, Int32Array, Integer, UInt8Array
 from scanspan.shade.color import LINEAR_FROM_SRGB8, STARTS, THRESHOLDS
 from scanspan.shade.srgb import encode_value
 
 LINEAR = np.ascontiguousarray(LINEAR_FROM_SRGB8, np.float32)
+ALPHA = np.arange(256, dtype=np.float32) / np.float32(255.0)
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
@@ -39,11 +40,11 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
     Shapes  row: (n, 4) uint8, sRGB with straight alpha; color: packed as by `pack_colors`.
     Units   cover: float32, 0..1.
     """
-    alpha = np.float32(color >> 24 & 255) / np.float32(255.0) * cover
-    behind = np.float32(row[q, 3]) / np.float32(255.0) * (ONE - alpha)
+    alpha = ALPHA[color >> 24 & 255] * cover
+    behind = ALPHA[np.int64(row[q, 3])] * (ONE - alpha)
     total = alpha + behind
     if total > ZERO:
-        share = alpha / total
+        share = alpha if total == ONE else alpha / total
         for k in range(3):
             row[q, k] = blend_channel(color >> (8 * k) & 255, np.int64(row[q, k]), share, ONE - share, is_linear)
         row[q, 3] = int(total * np.float32(255.0) + np.float32(0.5))
@@ -70,8 +71,7 @@ def write_sample_srgb(row: UInt8Array, q: int, inside: bool, depth: float, numbe
         blend_over(row, q, np.int64(depth), ONE, 0)
 
 
-def pack_colors(colors: UInt8Array) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def pack_colors(colors: UInt8Array) -> Float64Array:
     """Return (..., 4) uint8 colours as whole numbers of 32 bits, red lowest, in float64 as depths are."""
-    weights = np.array([1.0, 256.0, 65536.0, 16777216.0])
-    packed: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = (colors.astype(np.float64) * weights).sum(axis=-1)
+    packed: Float64Array = np.ascontiguousarray(colors).view("<u4")[..., 0].astype(np.float64)
     return packed

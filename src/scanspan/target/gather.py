@@ -11,11 +11,11 @@ from threading import Event
 import numpy as np
 
 from scanspan.geometry.world import World
-from scanspan.raster.algorithms import CHUNK, SMALL_IMAGE, count_passes, run_bands, run_kernel
+from scanspan.raster.algorithms import count_passes, run_bands, run_kernel
 from scanspan.raster.points import place_points, sort_places
-from scanspan.raster.segment import DIAMOND_EXIT
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles
 from scanspan.target.reduce import POINTS, SEGMENTS, TRIANGLES
+from scanspan.target.strokes import paint_segments
 
 BLOCK = 1 << 14  # points; their coordinates and places stay in the second-level cache
 PART = 1 << 18  # points that a thread sorts at once
@@ -120,7 +120,7 @@ def gather_parts(
 def gather_segments(
     reduce: str, target: Array, segments: Int64Array, values: Float64Array | None, rule: int, subpixel_bits: int, threads: int
 ) -> None:
-    """Write segments into a target, (H, W, ...); each band of rows is given those that reach it, in order.
+    """Write segments into a target, (H, W, ...), in order.
 
     Parameters
     ----------
@@ -128,22 +128,8 @@ def gather_segments(
     values : (N,), or None to count.
     rule : a number of raster/segment.py.
     """
-    shift = subpixel_bits if rule == DIAMOND_EXIT else 0
     numbers = np.zeros(len(segments)) if values is None else values
-    low, high = np.minimum(segments[:, 1], segments[:, 3]) >> shift, np.maximum(segments[:, 1], segments[:, 3]) >> shift
-
-    def draw_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Draw into one band as if it were an image of its own, in chunks so that an interrupt is noticed between them."""
-        near = np.flatnonzero((high >= y_start - 1) & (low <= y_end))
-        for first in range(0, len(near), CHUNK):
-            if not stop.is_set():
-                some = near[first : first + CHUNK]
-                moved = segments[some]
-                moved[:, 1::2] -= y_start << shift
-                SEGMENTS[reduce](target[y_start:y_end], moved, numbers[some], rule, subpixel_bits)
-
-    is_small = len(segments) < CHUNK and target.shape[0] * target.shape[1] < SMALL_IMAGE
-    run_bands(draw_band, len(target), 1 if is_small else threads)
+    paint_segments(target, segments, numbers, threads, SEGMENTS[reduce], rule, subpixel_bits)
 
 
 def gather_triangles(reduce: str, target: Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> None:

@@ -6,6 +6,7 @@ Source: the painter's algorithm, as in the lectures.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from scanspan.raster.parity import parity_fill
 from scanspan.raster.segment import draw_segments
 from scanspan.raster.setup import keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
-from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import blend_over, write_sample_linear, write_sample_paint, write_sample_srgb
 
 
@@ -118,21 +119,39 @@ def micropolygon_srgb(
 
 
 @kernel
-def segments_opaque(target: Int32Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_opaque(
+    target: Int32Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W) pixels of 32 bits."""
-    draw_segments(write_sample_paint, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width)
+    draw_segments(
+        write_sample_paint, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_linear(target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_linear(
+    target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W, 4) pixels, in linear light."""
-    draw_segments(write_sample_linear, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width, 4)
+    draw_segments(
+        write_sample_linear, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_srgb(target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_srgb(
+    target: UInt8Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W, 4) pixels, in sRGB values."""
-    draw_segments(write_sample_srgb, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width, 4)
+    draw_segments(
+        write_sample_srgb, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
@@ -172,6 +191,13 @@ def cover_kernel(target: UInt8Array, cover: Float64Array, color: int, is_linear:
                 blend_over(row, x, color, np.float32(min(cover[y, x], 1.0)), is_linear)
 
 
+def segments_in_all_rows(
+    kind: str, target: Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int
+) -> None:
+    """Paint segments into all rows of a target."""
+    SEGMENT_KERNELS[kind](target, segments, values, rule, subpixel_bits, 0, len(target))
+
+
 # By algorithm and by what is done to a pixel: replaced, or blended in linear light or in sRGB values.
 PAINTERS: dict[str, dict[str, Callable[..., None]]] = {
     "half-space": {"opaque": half_space_opaque, "linear": half_space_linear, "srgb": half_space_srgb},
@@ -179,5 +205,6 @@ PAINTERS: dict[str, dict[str, Callable[..., None]]] = {
     "warnock": {"opaque": warnock_opaque, "linear": warnock_linear, "srgb": warnock_srgb},
     "micropolygon": {"opaque": micropolygon_opaque, "linear": micropolygon_linear, "srgb": micropolygon_srgb},
 }
-SEGMENTS: dict[str, Callable[..., None]] = {"opaque": segments_opaque, "linear": segments_linear, "srgb": segments_srgb}
+SEGMENT_KERNELS: dict[str, Callable[..., None]] = {"opaque": segments_opaque, "linear": segments_linear, "srgb": segments_srgb}
+SEGMENTS: dict[str, Callable[..., None]] = {kind: partial(segments_in_all_rows, kind) for kind in SEGMENT_KERNELS}
 PARITY: dict[str, Callable[..., None]] = {"opaque": parity_opaque, "linear": parity_linear, "srgb": parity_srgb}

@@ -87,33 +87,63 @@ def triangles_max(
 
 
 @kernel
-def segments_count(target: Int32Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_count(
+    target: Int32Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W) hits."""
-    draw_segments(write_sample_hit, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width)
+    draw_segments(
+        write_sample_hit, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_sum(target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_sum(
+    target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W) sums."""
-    draw_segments(write_sample_sum, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width)
+    draw_segments(
+        write_sample_sum, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_mean(target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_mean(
+    target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W, 2) sums and numbers."""
-    draw_segments(write_sample_mean, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width, 2)
+    draw_segments(
+        write_sample_mean, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_min(target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_min(
+    target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W) least values."""
-    draw_segments(write_sample_min, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width)
+    draw_segments(
+        write_sample_min, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
-def segments_max(target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int) -> None:
+def segments_max(
+    target: Float64Array, segments: Int64Array, values: Float64Array, rule: int, subpixel_bits: int, y_start: int, y_end: int
+) -> None:
     """Segments into (H, W) greatest values."""
-    draw_segments(write_sample_max, target, segments, values, rule, subpixel_bits)
+    width = target.shape[1]
+    flat = target.reshape(target.shape[0] * width)
+    draw_segments(
+        write_sample_max, flat, np.int64(width), np.int64(y_start), np.int64(y_end), segments, values, rule, subpixel_bits
+    )
 
 
 @kernel
