@@ -20,18 +20,19 @@ from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import screen_triangles
-from scanspan.masks import coverage
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
 from scanspan.raster.trapezoids import flat_trapezoids
-from scanspan.records import Float64Array, UInt8Array
+from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
+from scanspan.target.cover import paint_polygons
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
+from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
 
 FILLS = ("scanline", "parity")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
@@ -155,11 +156,10 @@ class Canvas:
         check_name("fill rule", fill_rule, FILL_RULES)
         check_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
-        if check_flag("antialias", antialias):
-            cover = coverage(rings, self.size, mode="area", fill_rule=fill_rule)
-            cover_kernel(self.pixels, cover, int(pack_colors(code)), int(self.blend == "linear"))
-            return
         points, starts = as_rings(rings)
+        if check_flag("antialias", antialias):
+            self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None])
+            return
         xy = snap_points(points, bits)
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
         kind, target = self._target(int(code[3]) == 255)
@@ -169,6 +169,14 @@ class Canvas:
         else:
             drawn = flat_trapezoids(xy, starts, rule, value, sampling)
             run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+
+    def _paint_areas(
+        self, points: Float64Array, starts: Int32Array, polygons: Int32Array, fill_rule: str, codes: UInt8Array
+    ) -> None:
+        """Lay polygons over the pixels, in order, as far as each is covered."""
+        xy, colors = snap_points(points, int(AREA_BITS)), pack_colors(codes).astype(np.int64)
+        rule = FILL_RULES.index(fill_rule)
+        paint_polygons(self.pixels, xy, starts, polygons, rule, colors, self.blend == "linear", self.threads)
 
     def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
         """Paint segments one pixel wide.
