@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_colors
 from scanspan.assets.buffers import check_screen_triangles
 from scanspan.assets.lens import check_size
+from scanspan.assets.polygon_lists import as_polygons
 from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
@@ -25,7 +26,7 @@ from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
-from scanspan.raster.trapezoids import flat_trapezoids
+from scanspan.raster.trapezoids import flat_polygons, flat_trapezoids
 from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
@@ -37,6 +38,7 @@ from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
 FILLS = ("scanline", "parity")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
 BLENDS = ("linear", "srgb")
+OVERLAPS = ("over", "disjoint")
 MAX_PIXELS = 1 << 28
 LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
 SQUARE = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
@@ -158,7 +160,7 @@ class Canvas:
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
         points, starts = as_rings(rings)
         if check_flag("antialias", antialias):
-            self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None])
+            self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None], "over")
             return
         xy = snap_points(points, bits)
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
@@ -170,13 +172,66 @@ class Canvas:
             drawn = flat_trapezoids(xy, starts, rule, value, sampling)
             run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
 
+    def polygons(
+        self, polygons: Any, colors: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", antialias: bool = False,
+        overlap: str = "over", subpixel_bits: int = 8,
+    ) -> None:  # fmt: skip
+        """Paint many polygons in order, each in one colour.
+
+        Parameters
+        ----------
+        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each.
+        colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
+        fill_rule, algorithm, antialias, subpixel_bits : as for `polygon`.
+        overlap : what is done where several of them cover a pixel in part. "over": each is laid over those before it, and what
+            lies below shows through where two share an edge. "disjoint": they are taken not to overlap; what they cover is
+            added up and laid over the pixel once. So a map or a mesh has no seams, whatever lies below it: a tiling whose edges
+            match has the pixels of the one shape that it tiles. Where such polygons overlap after all, their colours are
+            averaged. It makes no difference to polygons that are not antialiased.
+
+        Raises
+        ------
+        InputError : for anything that cannot be used; the message quotes it.
+
+        Examples
+        --------
+        >>> canvas = Canvas(2, 1, "black")
+        >>> halves = [[(0, 0), (0.5, 0), (0.5, 1), (0, 1)], [(0.5, 0), (2, 0), (2, 1), (0.5, 1)]]
+        >>> canvas.polygons(halves, "white", antialias=True)
+        >>> canvas.pixels[0, :, 0].tolist()
+        [225, 255]
+        >>> canvas.polygons(halves, "white", antialias=True, overlap="disjoint")
+        >>> canvas.pixels[0, :, 0].tolist()
+        [255, 255]
+        """
+        check_name("fill rule", fill_rule, FILL_RULES)
+        check_name("algorithm", algorithm, FILLS)
+        check_name("overlap", overlap, OVERLAPS)
+        bits, rule = check_subpixel_bits(subpixel_bits), FILL_RULES.index(fill_rule)
+        points, starts, rings = as_polygons(polygons)
+        count = len(rings) - 1
+        codes = np.broadcast_to(to_codes(colors, count), (count, 4))
+        if check_flag("antialias", antialias):
+            self._paint_areas(points, starts, rings, fill_rule, codes, overlap)
+            return
+        xy, values = snap_points(points, bits), pack_colors(codes)
+        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+        kind, target = self._target(bool((codes[:, 3] == 255).all()))
+        if algorithm == "parity":
+            for n in range(count):
+                ends = starts[rings[n] : rings[n + 1] + 1]
+                PARITY[kind](target, xy[ends[0] : ends[-1]], ends - ends[0], rule, float(values[n]), sampling)
+        else:
+            drawn = flat_polygons(xy, starts, rings, rule, values, sampling)
+            run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+
     def _paint_areas(
-        self, points: Float64Array, starts: Int32Array, polygons: Int32Array, fill_rule: str, codes: UInt8Array
+        self, points: Float64Array, starts: Int32Array, rings: Int32Array, fill_rule: str, codes: UInt8Array, overlap: str
     ) -> None:
-        """Lay polygons over the pixels, in order, as far as each is covered."""
+        """Lay polygons over the pixels as far as each is covered."""
         xy, colors = snap_points(points, int(AREA_BITS)), pack_colors(codes).astype(np.int64)
-        rule = FILL_RULES.index(fill_rule)
-        paint_polygons(self.pixels, xy, starts, polygons, rule, colors, self.blend == "linear", self.threads)
+        rule, is_linear = FILL_RULES.index(fill_rule), self.blend == "linear"
+        paint_polygons(self.pixels, xy, starts, rings, rule, colors, is_linear, overlap == "disjoint", self.threads)
 
     def lines(self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint") -> None:
         """Paint segments one pixel wide.

@@ -24,7 +24,7 @@ Source: the accumulation buffer of font-rs and stb_truetype, here in integers; B
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ from scanspan.raster.area_edges import (
 )  # fmt: skip
 from scanspan.raster.area_pieces import AreaSweep, make_sweep
 from scanspan.raster.area_row import sweep_row
-from scanspan.records import Float64Array, Int64Array, Integer
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
 
 __all__ = ["AREA_BITS", "area_kernel", "gather_areas", "gather_edges"]
 
@@ -81,43 +81,68 @@ def spread_row(
     blocks[end >> BLOCK_BITS] = 0
 
 
-@bare_helper
-def find_box(
-    edges: Int64Array, first: Integer, last: Integer, width: Integer, y_start: Integer, y_end: Integer
-) -> tuple[Integer, Integer, Integer, Integer]:
-    """Return the columns and rows that a polygon may cover, within those of an image: x_start, x_end, y_start, y_end."""
-    low, high, bottom = edges[first, X0], edges[first, X0], edges[first, Y1]
-    for e in range(first, last):
-        low, high = min(low, edges[e, X0], edges[e, X1]), max(high, edges[e, X0], edges[e, X1])
-        bottom = max(bottom, edges[e, Y1])
-    return (
-        max(low >> AREA_BITS, np.int64(0)),
-        min((high + PIXEL - 1) >> AREA_BITS, width),
-        max(edges[first, Y0] >> AREA_BITS, y_start),
-        min((bottom + PIXEL - 1) >> AREA_BITS, y_end),
-    )
+@bare_kernel
+def find_boxes(edges: Int64Array, edge_starts: Int64Array, width: int, height: int, boxes: Int64Array) -> None:
+    """Find the pixels of an image that each polygon may cover.
+
+    Shapes  boxes: (P, 4), written: x_start, x_end, y_start, y_end; empty where x_start is not below x_end.
+    """
+    for n in range(boxes.shape[0]):
+        first, last = edge_starts[n], edge_starts[n + 1]
+        boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3] = 0, 0, 0, 0
+        if first == last:
+            continue
+        low, high, bottom = edges[first, X0], edges[first, X0], edges[first, Y1]
+        for e in range(first, last):
+            low, high = min(low, edges[e, X0], edges[e, X1]), max(high, edges[e, X0], edges[e, X1])
+            bottom = max(bottom, edges[e, Y1])
+        boxes[n, 0] = max(low >> AREA_BITS, np.int64(0))
+        boxes[n, 1] = min((high + PIXEL - 1) >> AREA_BITS, np.int64(width))
+        boxes[n, 2] = max(edges[first, Y0] >> AREA_BITS, np.int64(0))
+        boxes[n, 3] = min((bottom + PIXEL - 1) >> AREA_BITS, np.int64(height))
+
+
+class Areas(NamedTuple):
+    """Polygons whose areas are to be swept: their edges, where those of each start, the pixels that each may cover."""
+
+    edges: Int64Array  # (N, 5) as gather_areas gives them
+    starts: Int64Array  # (P + 1,)
+    boxes: Int64Array  # (P, 4)
+
+
+def make_areas(xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int]) -> Areas:
+    """Return polygons ready to be swept.
+
+    Parameters
+    ----------
+    xy, ring_starts, polygon_rings : as for `gather_areas`.
+    size : (width, height) of the image.
+    """
+    edges, starts = gather_areas(xy, ring_starts, polygon_rings, size[1])
+    boxes = np.empty((len(polygon_rings) - 1, 4), np.int64)
+    find_boxes(edges, starts, size[0], size[1], boxes)
+    return Areas(edges, starts, boxes)
 
 
 @inline_kernel
 def sweep_areas(
-    write_cover: Callable[..., None], target: Any, width: Integer, y_start: Integer, y_end: Integer, edges: Int64Array,
-    edge_starts: Int64Array, fill_rule: int, sweep: AreaSweep, colors: Int64Array, flag: int,
+    write_cover: Callable[..., None], target: Any, y_start: Integer, y_end: Integer, areas: Areas, fill_rule: int,
+    sweep: AreaSweep, colors: Int64Array, flag: int,
 ) -> None:  # fmt: skip
     """Write how much of each pixel polygons cover, one polygon after the other, in some rows.
 
-    Shapes  edges: (N, 5), from gather_areas; edge_starts: (P + 1,); colors: (P,), handed to the writer with the flag.
+    Shapes  colors: (P,), handed to the writer with the flag; sweep: room for the largest polygon and the image's width.
     Units   corners in sub-pixels of AREA_BITS bits; the writer gets whole numbers of 2^-52 pixel, a run of pixels at a time.
     Rule    fill_rule, one of polygon.py.
     Needs   corners within 2^24 px, sides within 2^18 px.
     Cost    see above; nothing for pixels outside the polygons' boxes.
     """
-    for n in range(edge_starts.shape[0] - 1):
-        first, last = edge_starts[n], edge_starts[n + 1]
-        if first == last:
+    edges, boxes = areas.edges, areas.boxes
+    for n in range(boxes.shape[0]):
+        row, row_end = max(boxes[n, 2], y_start), min(boxes[n, 3], y_end)
+        if boxes[n, 0] >= boxes[n, 1] or row >= row_end:
             continue
-        x, x_end, row, row_end = find_box(edges, first, last, width, y_start, y_end)
-        if x >= x_end:
-            continue
+        first, last = areas.starts[n], areas.starts[n + 1]
         for e in range(first, last):
             for k in range(CORNER_COLUMNS):
                 sweep.edges[e - first, k] = edges[e, k]
@@ -125,7 +150,7 @@ def sweep_areas(
         following: Integer = np.int64(0)
         for y in range(row, row_end):
             count, following = sweep_row(sweep, count, following, last - first, y, fill_rule)
-            spread_row(write_cover, target, y, sweep.sums, sweep.blocks, x, x_end, colors[n], flag)
+            spread_row(write_cover, target, y, sweep.sums, sweep.blocks, boxes[n, 0], boxes[n, 1], colors[n], flag)
 
 
 @bare_helper
@@ -140,18 +165,19 @@ def write_share(
 
 @bare_kernel
 def area_rows(
-    out: Float64Array, y_start: int, y_end: int, edges: Int64Array, edge_starts: Int64Array, fill_rule: int, sweep: AreaSweep,
-    colors: Int64Array,
-) -> None:  # fmt: skip
+    out: Float64Array, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, colors: Int64Array
+) -> None:
     """Write how much of each pixel a polygon covers, in some rows.
 
     Shapes  out: (H, W) float64, 0 before, and then 0 to 1 but for 2^-40.
     """
-    sweep_areas(write_share, out, out.shape[1], y_start, y_end, edges, edge_starts, fill_rule, sweep, colors, 0)
+    sweep_areas(write_share, out, y_start, y_end, areas, fill_rule, sweep, colors, 0)
 
 
 def area_kernel(edges: Int64Array, fill_rule: int, out: Float64Array) -> None:
     """Write how much of each pixel a polygon covers: the rows of an image, from edges that gather_edges gave."""
     out[:] = 0.0
-    starts = np.array([0, len(edges)])
-    area_rows(out, 0, len(out), edges, starts, fill_rule, make_sweep(len(edges), out.shape[1]), np.zeros(1, np.int64))
+    starts, boxes = np.array([0, len(edges)]), np.empty((1, 4), np.int64)
+    find_boxes(edges, starts, out.shape[1], len(out), boxes)
+    sweep = make_sweep(len(edges), out.shape[1])
+    area_rows(out, 0, len(out), Areas(edges, starts, boxes), fill_rule, sweep, np.zeros(1, np.int64))

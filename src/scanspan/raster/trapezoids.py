@@ -6,7 +6,7 @@ import numpy as np
 
 from scanspan.geometry.project import no_outlines
 from scanspan.raster.polygon import EVEN_ODD, NON_ZERO, cut_trapezoids
-from scanspan.records import Int32Array, Int64Array, Sampling, ScreenPolygons, ScreenTriangles
+from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenPolygons, ScreenTriangles
 
 
 def draw_polygons(
@@ -56,11 +56,19 @@ def draw_polygons(
 def flat_trapezoids(xy: Int64Array, starts: Int32Array, fill_rule: int, value: float, sampling: Sampling) -> ScreenTriangles:
     """Return a polygon as outlines that all have one depth, which is its colour."""
     whole = np.array([0, len(starts) - 1], np.int32)
-    _, sides, limits = cut_trapezoids(xy, starts, whole, fill_rule, sampling)
+    return flat_polygons(xy, starts, whole, fill_rule, np.array([value]), sampling)
+
+
+def flat_polygons(
+    xy: Int64Array, starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, values: Float64Array, sampling: Sampling
+) -> ScreenTriangles:
+    """Return polygons, one after the other, as outlines; all those of polygon p have the depth values[p], which is its colour."""
+    owner, sides, limits = cut_trapezoids(xy, starts, polygon_rings, fill_rule, sampling)
     count = len(sides)
     lines, box = np.zeros((count, 3, 4), np.int64), np.zeros((count, 7), np.int64)
     lines[:, 1:], box[:, :4] = sides, limits
-    planes = np.tile([value, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf], (count, 1))
+    planes = np.tile([0.0, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf], (count, 1))
+    planes[:, 0] = values[owner]
     fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32), "lines": lines, "limits": box, "planes": planes}
     zeros = np.zeros(count, np.int32)
     return ScreenTriangles(
