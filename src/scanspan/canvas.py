@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_colors
 from scanspan.assets.buffers import check_screen_triangles
+from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
 from scanspan.assets.lens import check_size
 from scanspan.assets.polygon_lists import as_polygons
 from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
-from scanspan.geometry.project import screen_triangles
+from scanspan.geometry.project import cull_triangles, screen_triangles
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
@@ -32,6 +33,7 @@ from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
+from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import png_bytes, write_image
 from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
 
@@ -115,25 +117,46 @@ class Canvas:
 
     def triangles(
         self, vertices: ArrayLike, colors: Any, *, algorithm: str = "half-space", rule: str | OffscreenPoint = "top-left",
-        cull: str = "none", subpixel_bits: int = 8, nonfinite: str = "error",
+        cull: str = "none", antialias: bool = False, overlap: str = "disjoint", subpixel_bits: int = 8,
+        nonfinite: str = "error",
     ) -> None:  # fmt: skip
-        """Paint triangles in order, each in one colour.
+        """Paint triangles in order, each in one colour, or shaded between the colours of its corners.
 
         Parameters
         ----------
         vertices : (N, 3, 2) corners (x, y) in pixels, y down, within 2^24 pixels.
-        colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
+        colors : one colour for all; or (N, 3) or (N, 4), one for each; or (N, 3, 3) or (N, 3, 4), one for each corner. Integers
+            0..255 or floats 0..1. Between corners the given values are interpolated, and rounded half up once.
         algorithm : "half-space", "homogeneous", "edge-walk", "warnock" or "micropolygon"; a sweep does not keep the order.
         rule, cull, subpixel_bits, nonfinite : as for `rasterize`.
+        antialias : whether a pixel is blended by the share of it that is covered, exactly; corners are snapped to 1/65536 pixel
+            then, the algorithm and the rule have no part in it, and each triangle has one colour.
+        overlap : with antialias, "disjoint" or "over", as for `polygons`: by default triangles are taken for a mesh, which has
+            no seams.
         """
         bits = check_subpixel_bits(subpixel_bits)
         check_name("algorithm", algorithm, ALGORITHMS)
-        painter = PAINTERS.get("half-space" if algorithm == "homogeneous" else algorithm)
+        check_name("overlap", overlap, OVERLAPS)
+        painter = PAINTERS.get(name := "half-space" if algorithm == "homogeneous" else algorithm)
         if painter is None:
             raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
         corners = check_screen_triangles(vertices, nonfinite)
+        is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
+        if is_smooth and is_shaded:
+            raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
+        if is_shaded:
+            shades, screen = as_corner_colors(colors, len(corners)), screen_triangles(corners, bits)
+            is_opaque, is_linear = not has_alpha(shades), self.blend == "linear"
+            paint_gouraud(self.pixels, screen, shades, name, sampling, is_opaque, is_linear, self.threads)
+            return
         codes = to_codes(colors, len(corners))
+        if is_smooth:
+            kept = cull_triangles(corners, sampling.cull)
+            codes = np.broadcast_to(codes, (len(corners), 4))[kept]
+            points, starts, rings = as_polygons(corners[kept])
+            self._paint_areas(points, starts, rings, "even-odd", codes, overlap)
+            return
         screen = screen_triangles(corners, bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         kind, target = self._target(bool((codes[..., 3] == 255).all()))

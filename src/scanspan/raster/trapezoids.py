@@ -62,7 +62,7 @@ def flat_trapezoids(xy: Int64Array, starts: Int32Array, fill_rule: int, value: f
 def flat_polygons(
     xy: Int64Array, starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, values: Float64Array, sampling: Sampling
 ) -> ScreenTriangles:
-    """Return polygons, one after the other, as outlines; all those of polygon p have the depth values[p], which is its colour."""
+    """Return polygons in order as outlines; all those of polygon p have the depth values[p], which is its colour."""
     owner, sides, limits = cut_trapezoids(xy, starts, polygon_rings, fill_rule, sampling)
     count = len(sides)
     lines, box = np.zeros((count, 3, 4), np.int64), np.zeros((count, 7), np.int64)

@@ -155,7 +155,9 @@ def paint_polygons(
     boxes = areas.boxes[(areas.boxes[:, 0] < areas.boxes[:, 1]) & (areas.boxes[:, 2] < areas.boxes[:, 3])]
     if not len(boxes):
         return
-    x_start, first, x_end, last = *boxes[:, [0, 2]].min(axis=0).tolist(), *boxes[:, [1, 3]].max(axis=0).tolist()
+    x_start, x_end, first, last = (
+        int(boxes[:, 0].min()), int(boxes[:, 1].max()), int(boxes[:, 2].min()), int(boxes[:, 3].max())
+    )  # fmt: skip
     target, most = (pixels, pixels.view(np.int32)[..., 0]), int(np.diff(areas.starts).max())
     flag = int(is_linear)
 
