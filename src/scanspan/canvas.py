@@ -23,6 +23,7 @@ from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import cull_triangles, screen_triangles
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.raster.aperture import check_antialias, weigh
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
@@ -35,7 +36,7 @@ from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
 from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import png_bytes, write_image
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
+from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS, cover_kernel
 
 FILLS = ("scanline", "parity")
 LINES = {"midpoint": MIDPOINT, "dda": DDA, "symmetric": SYMMETRIC, "diamond-exit": DIAMOND_EXIT}
@@ -163,8 +164,8 @@ class Canvas:
         run_kernel(painter[kind], target, screen, sampling, self.threads)
 
     def polygon(
-        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", antialias: bool = False,
-        subpixel_bits: int = 8,
+        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline",
+        antialias: bool | str = False, subpixel_bits: int = 8,
     ) -> None:  # fmt: skip
         """Paint one polygon: convex, concave, with holes, or crossing itself.
 
@@ -175,14 +176,20 @@ class Canvas:
         fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
         algorithm : "scanline", with an edge table and an active edge list, or "parity", which counts edges at every sample of
             the box. The pixels are the same.
-        antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that.
+        antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that. A
+            pixel is its square, True or "box", or a softer aperture, "tent" or "gaussian"; see `coverage`.
         subpixel_bits : points are snapped to 1/2^s pixel; to 1/65536 where it is antialiased.
         """
         check_name("fill rule", fill_rule, FILL_RULES)
         check_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
         points, starts = as_rings(rings)
-        if check_flag("antialias", antialias):
+        aperture = check_antialias(antialias)
+        if aperture and aperture != "box":
+            weighed = weigh(points, starts, FILL_RULES.index(fill_rule), self.size, aperture)
+            cover_kernel(self.pixels, weighed, int(pack_colors(code)), int(self.blend == "linear"))
+            return
+        if aperture:
             self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None], "over")
             return
         xy = snap_points(points, bits)

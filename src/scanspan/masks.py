@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from scanspan.assets.lens import check_size
 from scanspan.assets.rings import FILL_RULES, as_rings
-from scanspan.errors import LimitError, unknown_name
+from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.raster.algorithms import run_kernel
-from scanspan.raster.area import AREA_BITS, area_kernel, gather_edges
+from scanspan.raster.aperture import APERTURES, weigh
 from scanspan.raster.edge_walk import edge_walk_hits
 from scanspan.raster.options import check_subpixel_bits, make_sampling
 from scanspan.raster.trapezoids import flat_trapezoids
@@ -23,8 +23,9 @@ MODES = ("center", "area")
 
 
 def coverage(
-    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", subpixel_bits: int = 8
-) -> NDArray[Any]:
+    rings: Any, size: tuple[int, int], *, mode: str = "center", fill_rule: str = "even-odd", subpixel_bits: int = 8,
+    aperture: str = "box",
+) -> NDArray[Any]:  # fmt: skip
     """Return which pixels a polygon covers, or how much of each.
 
     Parameters
@@ -35,6 +36,9 @@ def coverage(
         whose edges match end to end add up to exactly 1; so values are not held to 0..1, and may miss it by 2^-40.
     fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
     subpixel_bits : points are snapped to 1/2^s pixel; for "area" to 1/65536.
+    aperture : what "area" takes for a pixel. "box", its square. "tent", twice as wide and falling off linearly; as exact, and
+        polygons that tile add up to exactly 1. "gaussian", with a standard deviation of half a pixel, cut off at three of them;
+        the error is below 2^-11 at a border along an axis, and below 2^-6 whatever the shape.
 
     Returns
     -------
@@ -53,15 +57,17 @@ def coverage(
         raise unknown_name("mode", mode, MODES)
     if fill_rule not in FILL_RULES:
         raise unknown_name("fill rule", fill_rule, FILL_RULES)
+    if not isinstance(aperture, str) or aperture not in APERTURES:
+        raise unknown_name("aperture", aperture, APERTURES)
+    if aperture != "box" and mode != "area":
+        raise InputError(f"aperture = {aperture!r}: a pixel's centre has none; it goes with mode = 'area'")
     (width, height), rule = check_size(size), FILL_RULES.index(fill_rule)
     if width * height > MAX_PIXELS:
         raise LimitError(f"size = ({width}, {height}): the limit is {MAX_PIXELS} pixels in all")
     bits = check_subpixel_bits(subpixel_bits)
     points, starts = as_rings(rings)
     if mode == "area":
-        cover = np.empty((height, width))
-        area_kernel(gather_edges(snap_points(points, int(AREA_BITS)), starts, height), rule, cover)
-        return cover
+        return weigh(points, starts, rule, (width, height), aperture)
     sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
     hits = np.zeros((height, width), np.int32)
     run_kernel(edge_walk_hits, hits, flat_trapezoids(snap_points(points, bits), starts, rule, 0.0, sampling), sampling, 1)

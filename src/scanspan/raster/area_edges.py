@@ -193,14 +193,54 @@ def leave_trapezoid(
     sums[column + 1] += left_out
 
 
+@bare_helper
+def leave_moments(
+    moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
+) -> None:
+    """Add the moments of what a piece covers of one column, and of all further right, to those of the row.
+
+    Shapes  moments: (3, W + 2), running sums of the integrals of v, u and u v over what is covered of a pixel.
+    Units   u and v go from 0 at the pixel's left and upper border to 1; integrals in areas.
+    Rule    those of v are rounded at the ends of the piece, so that pieces that follow each other add up exactly.
+    """
+    v0, v1 = np.float64(top) / np.float64(ONE), np.float64(bottom) / np.float64(ONE)
+    left = column << LENGTH_BITS
+    u0, u1 = np.float64(x_top - left) / np.float64(ONE), np.float64(x_bottom - left) / np.float64(ONE)
+    height = v1 - v0
+    half = np.int64(np.rint(v1 * v1 * (UNIT / 4.0))) - np.int64(np.rint(v0 * v0 * (UNIT / 4.0)))
+    first = np.int64(np.rint(height * (u0 * (2.0 * v0 + v1) + u1 * (v0 + 2.0 * v1)) * (UNIT / 6.0)))
+    second = np.int64(np.rint(height * (u0 * u0 + u0 * u1 + u1 * u1) * (UNIT / 6.0)))
+    u01 = 2.0 * u0 * u1
+    mixed = height * (v0 * (3.0 * u0 * u0 + u01 + u1 * u1) + v1 * (u0 * u0 + u01 + 3.0 * u1 * u1))
+    third = np.int64(np.rint(mixed * (UNIT / 24.0)))
+    moments[0, column] += sign * (2 * half - first)
+    moments[0, column + 1] += sign * first
+    moments[1, column] += sign * (((bottom - top) << 7) - second)
+    moments[1, column + 1] += sign * second
+    moments[2, column] += sign * (half - third)
+    moments[2, column + 1] += sign * third
+
+
+@bare_helper
+def leave_cell(
+    sums: Int64Array, moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer,
+    sign: Integer,
+) -> None:  # fmt: skip
+    """Leave what a piece covers of one column, and its moments where they are kept."""
+    leave_trapezoid(sums, column, top, bottom, x_top, x_bottom, sign)
+    if moments.shape[1] > 0:
+        leave_moments(moments, column, top, bottom, x_top, x_bottom, sign)
+
+
 @bare_kernel
 def leave_piece(
-    sums: Int64Array, blocks: Int64Array, edges: Int64Array, e: Integer, row: Integer, top: Integer, bottom: Integer,
-    x_top: Integer, x_bottom: Integer, sign: Integer,
+    sums: Int64Array, moments: Int64Array, blocks: Int64Array, edges: Int64Array, e: Integer, row: Integer, top: Integer,
+    bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer,
 ) -> None:  # fmt: skip
     """Go along a piece of an edge from column to column and leave in each what it covers.
 
-    Shapes  sums: (W + 2,); blocks: (B,), marked where sums are changed. What lies right of the image leaves nothing.
+    Shapes  sums: (W + 2,); moments: (3, W + 2) or (3, 0); blocks: (B,), marked where sums are changed. What lies right of the
+            image leaves nothing.
     """
     first, last = x_top >> LENGTH_BITS, x_bottom >> LENGTH_BITS
     width = sums.shape[0] - 2
@@ -213,12 +253,12 @@ def leave_piece(
         for column in range(first, last):
             next_y = min(max(y_at(edges, e, column + 1) - upper, y), bottom)
             step_border(edges, e)
-            leave_trapezoid(sums, column, y, next_y, x, (column + 1) << LENGTH_BITS, sign)
+            leave_cell(sums, moments, column, y, next_y, x, (column + 1) << LENGTH_BITS, sign)
             y, x = next_y, (column + 1) << LENGTH_BITS
     else:
         for column in range(first, last, -1):
             next_y = min(max(y_at(edges, e, column) - upper, y), bottom)
             step_border(edges, e)
-            leave_trapezoid(sums, column, y, next_y, x, column << LENGTH_BITS, sign)
+            leave_cell(sums, moments, column, y, next_y, x, column << LENGTH_BITS, sign)
             y, x = next_y, column << LENGTH_BITS
-    leave_trapezoid(sums, last, y, bottom, x, x_bottom, sign)
+    leave_cell(sums, moments, last, y, bottom, x, x_bottom, sign)

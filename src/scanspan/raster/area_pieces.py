@@ -50,11 +50,12 @@ class AreaSweep(NamedTuple):
     places: Int64Array  # (P,) pieces from left to right, to search in
     events: Events
     sums: Int64Array  # (W + 2,) of a row
+    moments: Int64Array  # (3, W + 2) of a row, or (3, 0) where none are kept
     blocks: Int64Array  # (B,) where they are not 0
 
 
-def make_sweep(most: int, width: int) -> AreaSweep:
-    """Return room for polygons of so many edges in rows of so many pixels."""
+def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
+    """Return room for polygons of so many edges in rows of so many pixels, with or without moments."""
     count = 3 * most + 2  # an edge may go along one side of the image, through it, and along the other
     return AreaSweep(
         edges=np.empty((most, EDGE_COLUMNS), np.int64),
@@ -65,6 +66,7 @@ def make_sweep(most: int, width: int) -> AreaSweep:
         places=np.empty(count, np.int64),
         events=make_events(2 * count),
         sums=np.zeros(width + 2, np.int64),
+        moments=np.zeros((3, width + 2 if has_moments else 0), np.int64),
         blocks=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
     )
 
@@ -215,7 +217,7 @@ def leave_until(sweep: AreaSweep, p: Integer, y: Integer, row: Integer) -> None:
     since, side = pieces[p, SINCE], pieces[p, SIDE]
     if side != 0 and y > since:
         above, below = x_of(pieces, p, since), x_of(pieces, p, y)
-        leave_piece(sweep.sums, sweep.blocks, sweep.edges, pieces[p, EDGE], row, since, y, above, below, side)
+        leave_piece(sweep.sums, sweep.moments, sweep.blocks, sweep.edges, pieces[p, EDGE], row, since, y, above, below, side)
     pieces[p, SINCE] = y
 
 
