@@ -15,23 +15,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_colors
 from scanspan.assets.buffers import check_screen_triangles
+from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
 from scanspan.assets.lens import check_size
+from scanspan.assets.polygon_lists import as_polygons
 from scanspan.assets.rings import FILL_RULES, as_points, as_rings
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
-from scanspan.geometry.project import screen_triangles
+from scanspan.geometry.project import cull_triangles, screen_triangles
 from scanspan.geometry.stroke import SQUARE, circle
-from scanspan.masks import coverage
 from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.raster.aperture import check_antialias, weigh
+from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.stroke_options import check_extent, check_stroke
-from scanspan.records import UInt8Array
+from scanspan.raster.trapezoids import flat_polygons
+from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
+from scanspan.target.cover import paint_polygons
 from scanspan.target.fill import FILLS, paint_mask
+from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
 from scanspan.target.strokes import LINE_BITS, paint_segments, pairs_kernel, snap_segments
@@ -46,6 +52,7 @@ LINES = {
     "wu": WU,
 }
 BLENDS = ("linear", "srgb")
+OVERLAPS = ("over", "disjoint")
 MAX_PIXELS = 1 << 28
 
 
@@ -120,33 +127,54 @@ class Canvas:
 
     def triangles(
         self, vertices: ArrayLike, colors: Any, *, algorithm: str = "half-space", rule: str | OffscreenPoint = "top-left",
-        cull: str = "none", subpixel_bits: int = 8, nonfinite: str = "error",
+        cull: str = "none", antialias: bool = False, overlap: str = "disjoint", subpixel_bits: int = 8,
+        nonfinite: str = "error",
     ) -> None:  # fmt: skip
-        """Paint triangles in order, each in one colour.
+        """Paint triangles in order, each in one colour, or shaded between the colours of its corners.
 
         Parameters
         ----------
         vertices : (N, 3, 2) corners (x, y) in pixels, y down, within 2^24 pixels.
-        colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
+        colors : one colour for all; or (N, 3) or (N, 4), one for each; or (N, 3, 3) or (N, 3, 4), one for each corner. Integers
+            0..255 or floats 0..1. Between corners the given values are interpolated, and rounded half up once.
         algorithm : "half-space", "homogeneous", "edge-walk", "warnock" or "micropolygon"; a sweep does not keep the order.
         rule, cull, subpixel_bits, nonfinite : as for `rasterize`.
+        antialias : whether a pixel is blended by the share of it that is covered, exactly; corners are snapped to 1/65536 pixel
+            then, the algorithm and the rule have no part in it, and each triangle has one colour.
+        overlap : with antialias, "disjoint" or "over", as for `polygons`: by default triangles are taken for a mesh, which has
+            no seams.
         """
         bits = check_subpixel_bits(subpixel_bits)
         check_name("algorithm", algorithm, ALGORITHMS)
-        painter = PAINTERS.get("half-space" if algorithm == "homogeneous" else algorithm)
+        check_name("overlap", overlap, OVERLAPS)
+        painter = PAINTERS.get(name := "half-space" if algorithm == "homogeneous" else algorithm)
         if painter is None:
             raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
         corners = check_screen_triangles(vertices, nonfinite)
+        is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
+        if is_smooth and is_shaded:
+            raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
+        if is_shaded:
+            shades, screen = as_corner_colors(colors, len(corners)), screen_triangles(corners, bits)
+            is_opaque, is_linear = not has_alpha(shades), self.blend == "linear"
+            paint_gouraud(self.pixels, screen, shades, name, sampling, is_opaque, is_linear, self.threads)
+            return
         codes = to_codes(colors, len(corners))
+        if is_smooth:
+            kept = cull_triangles(corners, sampling.cull)
+            codes = np.broadcast_to(codes, (len(corners), 4))[kept]
+            points, starts, rings = as_polygons(corners[kept])
+            self._paint_areas(points, starts, rings, "even-odd", codes, overlap)
+            return
         screen = screen_triangles(corners, bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         kind, target = self._target(bool((codes[..., 3] == 255).all()))
         run_kernel(painter[kind], target, screen, sampling, self.threads)
 
     def polygon(
-        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", antialias: bool = False,
-        subpixel_bits: int = 8,
+        self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline",
+        antialias: bool | str = False, subpixel_bits: int = 8,
     ) -> None:  # fmt: skip
         """Paint one polygon: convex, concave, with holes, or crossing itself.
 
@@ -159,22 +187,89 @@ class Canvas:
             box; "triangles", cut first and drawn by half-space; "flood", the outline and what it encloses. The first three
             paint the same pixels, but "triangles" may differ at samples within two sub-pixels of edges that cross;
             "flood" paints all pixels of its outline too.
-        antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that.
+        antialias : whether a pixel is blended by the share of it that is covered, exactly; the algorithm has no part in that. A
+            pixel is its square, True or "box", or a softer aperture, "tent" or "gaussian"; see `coverage`.
         subpixel_bits : points are snapped to 1/2^s pixel; to 1/65536 where it is antialiased.
         """
         check_name("fill rule", fill_rule, FILL_RULES)
         check_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
-        if check_flag("antialias", antialias):
-            cover = coverage(rings, self.size, mode="area", fill_rule=fill_rule)
-            cover_kernel(self.pixels, cover, int(pack_colors(code)), int(self.blend == "linear"))
-            return
         points, starts = as_rings(rings)
+        aperture = check_antialias(antialias)
+        if aperture and aperture != "box":
+            weighed = weigh(points, starts, FILL_RULES.index(fill_rule), self.size, aperture)
+            cover_kernel(self.pixels, weighed, int(pack_colors(code)), int(self.blend == "linear"))
+            return
+        if aperture:
+            self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None], "over")
+            return
         xy = snap_points(points, bits)
         sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
         kind, target = self._target(int(code[3]) == 255)
         value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
         FILLS[algorithm](kind, target, xy, starts, rule, value, sampling, self.threads)
+
+    def polygons(
+        self, polygons: Any, colors: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline", antialias: bool = False,
+        overlap: str = "over", subpixel_bits: int = 8,
+    ) -> None:  # fmt: skip
+        """Paint many polygons in order, each in one colour.
+
+        Parameters
+        ----------
+        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each.
+        colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
+        fill_rule, algorithm, antialias, subpixel_bits : as for `polygon`.
+        overlap : what is done where several of them cover a pixel in part. "over": each is laid over those before it, and what
+            lies below shows through where two share an edge. "disjoint": they are taken not to overlap; what they cover is
+            added up and laid over the pixel once. So a map or a mesh has no seams, whatever lies below it: a tiling whose edges
+            match has the pixels of the one shape that it tiles. Where such polygons overlap after all, their colours are
+            averaged. It makes no difference to polygons that are not antialiased.
+
+        Raises
+        ------
+        InputError : for anything that cannot be used; the message quotes it.
+
+        Examples
+        --------
+        >>> canvas = Canvas(2, 1, "black")
+        >>> halves = [[(0, 0), (0.5, 0), (0.5, 1), (0, 1)], [(0.5, 0), (2, 0), (2, 1), (0.5, 1)]]
+        >>> canvas.polygons(halves, "white", antialias=True)
+        >>> canvas.pixels[0, :, 0].tolist()
+        [225, 255]
+        >>> canvas.polygons(halves, "white", antialias=True, overlap="disjoint")
+        >>> canvas.pixels[0, :, 0].tolist()
+        [255, 255]
+        """
+        check_name("fill rule", fill_rule, FILL_RULES)
+        check_name("algorithm", algorithm, FILLS)
+        check_name("overlap", overlap, OVERLAPS)
+        bits, rule = check_subpixel_bits(subpixel_bits), FILL_RULES.index(fill_rule)
+        points, starts, rings = as_polygons(polygons)
+        count = len(rings) - 1
+        codes = np.broadcast_to(to_codes(colors, count), (count, 4))
+        if check_flag("antialias", antialias):
+            self._paint_areas(points, starts, rings, fill_rule, codes, overlap)
+            return
+        xy, values = snap_points(points, bits), pack_colors(codes)
+        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+        kind, target = self._target(bool((codes[:, 3] == 255).all()))
+        if algorithm != "scanline":
+            for n in range(count):
+                ends = starts[rings[n] : rings[n + 1] + 1]
+                corners = xy[ends[0] : ends[-1]]
+                FILLS[algorithm](kind, target, corners, ends - ends[0], rule, float(values[n]), sampling, self.threads)
+        else:
+            drawn = flat_polygons(xy, starts, rings, rule, values, sampling)
+            run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+
+    def _paint_areas(
+        self, points: Float64Array, starts: Int32Array, rings: Int32Array, fill_rule: str, codes: UInt8Array, overlap: str
+    ) -> None:
+        """Lay polygons over the pixels as far as each is covered."""
+        xy, colors = snap_points(points, int(AREA_BITS)), pack_colors(codes).astype(np.int64)
+        rule, is_linear = FILL_RULES.index(fill_rule), self.blend == "linear"
+        paint_polygons(self.pixels, xy, starts, rings, rule, colors, is_linear, overlap == "disjoint", self.threads)
 
     def lines(
         self, segments: ArrayLike, colors: Any, *, algorithm: str = "midpoint", antialias: bool = False, width: float = 1.0,

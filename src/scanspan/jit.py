@@ -104,6 +104,20 @@ def helper_kernel(function: Function) -> Function:
     return _declare(function, forceinline=True)
 
 
+def bare_kernel(function: Function) -> Function:
+    """Declare a kernel that makes no arrays and keeps none, so that it need not count who uses those that it is given.
+
+    Counting is an atomic operation for every array at every call within a loop; where a kernel is many small functions, that
+    can be four fifths of its time (docs/decisions/0011-area.md). Its callers hold the arrays. It is cached as kernels are.
+    """
+    return _declare(function, cache=True, _nrt=False)
+
+
+def bare_helper(function: Function) -> Function:
+    """Declare a helper kernel for bare kernels: pasted into them, and as bare as they are."""
+    return _declare(function, forceinline=True, _nrt=False)
+
+
 class _CompileListener(event.Listener):
     """Calls a function at the first kernel that has to be compiled (a cache hit is no compile)."""
 

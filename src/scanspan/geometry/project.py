@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.geometry.fixed_point import MAX_COORDINATE
+from scanspan.geometry.fixed_point import MAX_COORDINATE, halves_sign, product_halves
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Array, Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
+from scanspan.records import Array, BoolArray, Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 
 
 @helper_kernel
@@ -116,3 +116,30 @@ def screen_triangles(vertices: Float64Array, subpixel_bits: int) -> ScreenTriang
         inner=np.zeros(n, np.uint8),
         **no_outlines(n),
     )
+
+
+def cull_triangles(vertices: Float64Array, cull: int) -> BoolArray:
+    """Return which triangles given on the screen are drawn, (N,), by the exact sign of the area on a grid of 1/65536 pixel.
+
+    Parameters
+    ----------
+    vertices : (N, 3, 2) corners in pixels, within 2^24 pixels.
+    cull : 0 nothing, 1 clockwise as seen, -1 counter-clockwise as seen, as in Sampling.
+    """
+    if cull == 0:
+        return np.ones(len(vertices), bool)
+    kept = np.empty(len(vertices), bool)
+    cull_kernel(np.rint(vertices * 65536.0).astype(np.int64), cull, kept)
+    return kept
+
+
+@kernel
+def cull_kernel(corners: Int64Array, cull: int, kept: BoolArray) -> None:
+    """Write which triangles are drawn.
+
+    Shapes  corners: (N, 3, 2) sub-pixels; kept: (N,).
+    """
+    for n in range(corners.shape[0]):
+        p_x, p_y, q_x, q_y = corners[n, 0, 0], corners[n, 0, 1], corners[n, 1, 0], corners[n, 1, 1]
+        high, low = product_halves(q_x - p_x, p_y - q_y, corners[n, 2, 1] - p_y, corners[n, 2, 0] - p_x)
+        kept[n] = halves_sign(high, low) != cull

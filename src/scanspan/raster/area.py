@@ -2,315 +2,182 @@
 
 An edge covers what lies right of it. In a row it changes the cover of the pixels that it passes by the area of a trapezoid,
 and of all further right by its height; so each edge leaves two numbers a pixel, and one running sum along the row gives the
-coverage. What an edge leaves depends on that edge, the row and the pixel alone, and is rounded once. A neighbour that has the
-same edge the other way round leaves the same with the other sign: the sums cancel to the bit, and tilings whose edges match
-add up to exactly 1.
+coverage. What an edge leaves depends on that edge, the row and the pixel alone, and is rounded once (area_edges.py). A
+neighbour that has the same edge the other way round leaves the same with the other sign: the sums cancel to the bit, and
+tilings whose edges match add up to exactly 1.
 
-A polygon that crosses itself is swept row by row: between two heights at which an edge begins, ends or crosses another, edges
-have one order from left to right, and the fill rule says which of them bound the inside. The others leave nothing. Where an
-edge is a boundary all through a row, as all edges of a simple polygon are, it leaves what it always does.
+The edges of a row stand in a list from left to right, kept up from row to row, and the fill rule says which of them bound the
+inside; the others leave nothing. Most rows are quiet: nothing begins, ends or crosses within them, and one pass is all. In the
+others the row is swept from event to event (area_events.py), and only those that an event touches are looked at again. Where
+an edge is a boundary all through a row, as all edges of a simple polygon are, it leaves what it always does.
 
-Lengths are whole numbers of 2^-44 pixel, divided out exactly from the snapped corners however far away they are; areas are
-rounded to 2^-52. Crossings alone are found in float64. So a pixel with a dozen edges in it is right to 2^-40.
+Crossings alone are found in float64. So a pixel with a dozen edges in it is right to 2^-40. Which of several edges that meet in
+one point comes first is decided by their slopes, then by their numbers: by nothing that depends on the rows before, so that
+bands of rows give the same bits.
 
-Source: the accumulation buffer of font-rs and stb_truetype, here in integers; winding by slabs as in any sweep.
+Price: O(n) for a quiet row of n edges, O((n + k) log n) for one with k events, and the pixels along the edges; a number for
+every column of the polygon's box in each row.
+
+Source: the accumulation buffer of font-rs and stb_truetype, here in integers; Bentley and Ottmann 1979.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from scanspan.geometry.fill_rule import is_filled
-from scanspan.geometry.fixed_point import HALF_BITS, product_halves
-from scanspan.jit import helper_kernel, kernel
+from scanspan.jit import bare_helper, bare_kernel, inline_kernel
+from scanspan.raster.area_edges import (
+    AREA_BITS,
+    BLOCK_BITS,
+    BLOCK_MASK,
+    CORNER_COLUMNS,
+    PIXEL,
+    UNIT,
+    X0,
+    X1,
+    Y0,
+    Y1,
+    gather_areas,
+    gather_edges,
+)  # fmt: skip
+from scanspan.raster.area_pieces import AreaSweep, make_sweep
+from scanspan.raster.area_row import sweep_row
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
 
-AREA_BITS = np.int64(16)  # sub-pixel bits of corners
-LENGTH_BITS = np.int64(44)
-DIGIT_BITS = np.int64(14)  # half of what lengths have more than corners
-ONE = np.int64(1 << 44)
-UNIT = 2.0**52  # areas in a pixel
-FARTHEST = np.int64(1 << 62)  # 2^18 px
-
-# Columns of the lists of edges and of the pieces of a row. An edge goes down from X0, Y0; a piece is what is left of it in a
-# row between the image's sides, from TOP to BOTTOM below the row's upper border. SIDE is 1 for a left border, -1 for a right.
-X0, Y0, X1, Y1, DOWN = range(5)
-TOP, BOTTOM, X_TOP, X_BOTTOM, EDGE, SIDE, SINCE = range(7)
-EDGE_COLUMNS, PIECE_COLUMNS = 5, 7
+__all__ = ["AREA_BITS", "area_kernel", "gather_areas", "gather_edges"]
 
 
-@helper_kernel
-def length_of(high: Integer, low: Integer, divisor: Integer) -> Integer:
-    """Return a product in halves, divided, as a length: rounded down, and held at 2^18 px on either side.
-
-    Needs   0 < divisor < 2^42; the product is in squares of corners' units.
-    """
-    upper = high // divisor
-    if upper >= (np.int64(1) << 14) or upper < -(np.int64(1) << 14):
-        return FARTHEST if upper > 0 else -FARTHEST
-    lower = ((high - upper * divisor) << HALF_BITS) + low
-    part = lower // divisor
-    rest, length = lower - part * divisor, (upper << HALF_BITS) + part
-    for _ in range(2):
-        rest = rest << DIGIT_BITS
-        digit = rest // divisor
-        rest, length = rest - digit * divisor, (length << DIGIT_BITS) + digit
-    return length
-
-
-@helper_kernel
-def x_at(edges: Int64Array, e: Integer, y: Integer) -> Integer:
-    """Return where an edge crosses a height, as a length; y as corners are."""
-    across, down = edges[e, X1] - edges[e, X0], edges[e, Y1] - edges[e, Y0]
-    high, low = product_halves(edges[e, X0], across, down, y - edges[e, Y0])
-    return length_of(high, low, down)
-
-
-@helper_kernel
-def y_at(edges: Int64Array, e: Integer, column: Integer, row: Integer) -> Integer:
-    """Return how far below the upper border of a row an edge crosses the left border of a column, as a length."""
-    across, down = edges[e, X1] - edges[e, X0], edges[e, Y1] - edges[e, Y0]
-    sign, size = (np.int64(1), across) if across > 0 else (np.int64(-1), -across)
-    high, low = product_halves(edges[e, Y0] - (row << AREA_BITS), sign * down, size, (column << AREA_BITS) - edges[e, X0])
-    return length_of(high, low, size)
-
-
-@helper_kernel
-def push_piece(
-    pieces: Int64Array, count: int, e: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer
-) -> int:
-    """Push a piece, unless it has no height, and return the new count."""
-    if bottom <= top:
-        return count
-    pieces[count, TOP], pieces[count, BOTTOM], pieces[count, X_TOP], pieces[count, X_BOTTOM] = top, bottom, x_top, x_bottom
-    pieces[count, EDGE], pieces[count, SIDE], pieces[count, SINCE] = e, 0, top
-    return count + 1
-
-
-@helper_kernel
-def cut_row(edges: Int64Array, e: Integer, row: Integer, width: Integer, pieces: Int64Array, count: int) -> int:
-    """Push what an edge has in a row: left of the image it goes down that side, right of it, it is left out."""
-    upper = row << AREA_BITS
-    y0, y1 = max(edges[e, Y0], upper), min(edges[e, Y1], upper + (np.int64(1) << AREA_BITS))
-    shift = LENGTH_BITS - AREA_BITS
-    top, bottom = (y0 - upper) << shift, (y1 - upper) << shift
-    x_top, x_bottom, side = x_at(edges, e, y0), x_at(edges, e, y1), width << LENGTH_BITS
-    zero = np.int64(0)
-    if max(x_top, x_bottom) <= 0:
-        return push_piece(pieces, count, e, top, bottom, zero, zero)
-    if min(x_top, x_bottom) >= side:
-        return count
-
-    # Cut where it crosses a side of the image.
-    if x_top < 0 or x_bottom < 0:
-        y = min(max(y_at(edges, e, zero, row), top), bottom)
-        if x_top < 0:
-            count = push_piece(pieces, count, e, top, y, zero, zero)
-            top, x_top = y, zero
-        else:
-            count = push_piece(pieces, count, e, y, bottom, zero, zero)
-            bottom, x_bottom = y, zero
-    if x_top > side or x_bottom > side:
-        y = min(max(y_at(edges, e, width, row), top), bottom)
-        if x_top > side:
-            top, x_top = y, side
-        else:
-            bottom, x_bottom = y, side
-    return push_piece(pieces, count, e, top, bottom, x_top, x_bottom)
-
-
-@helper_kernel
-def trapezoid_areas(
-    column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer
-) -> tuple[Integer, Integer]:
-    """Return what a piece covers of one column, and by how much more it covers each one further right."""
-    height = bottom - top
-    offset = np.float64(x_top + x_bottom - 2 * (column << LENGTH_BITS)) * (0.5 / np.float64(ONE))
-    left_out = np.int64(np.rint(np.float64(height) * offset * (UNIT / np.float64(ONE))))
-    return (height << 8) - left_out, left_out
-
-
-@helper_kernel
-def leave_trapezoid(
-    sums: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
-) -> None:
-    """Add what a piece covers of one column, and of all further right, to the row's sums.
-
-    Shapes  sums: (W + 2,), areas; their running sum is the coverage.
-    """
-    here, further = trapezoid_areas(column, top, bottom, x_top, x_bottom)
-    sums[column] += sign * here
-    sums[column + 1] += sign * further
-
-
-@helper_kernel
-def leave_piece(
-    sums: Int64Array, edges: Int64Array, e: Integer, row: Integer, top: Integer, bottom: Integer, x_top: Integer,
-    x_bottom: Integer, sign: Integer,
+@inline_kernel
+def spread_row(
+    write_cover: Callable[..., None], target: Any, y: Integer, sums: Int64Array, blocks: Int64Array, start: Integer,
+    end: Integer, color: Integer, flag: int,
 ) -> None:  # fmt: skip
-    """Go along a piece from column to column and leave in each what it covers."""
-    first, last = x_top >> LENGTH_BITS, x_bottom >> LENGTH_BITS
-    step = np.int64(1 if last > first else -1)
-    y, x, column = top, x_top, first
-    while column != last:
-        border = column + 1 if step > 0 else column
-        next_y = min(max(y_at(edges, e, border, row), y), bottom)
-        leave_trapezoid(sums, column, y, next_y, x, border << LENGTH_BITS, sign)
-        y, x, column = next_y, border << LENGTH_BITS, column + step
-    leave_trapezoid(sums, column, y, bottom, x, x_bottom, sign)
+    """Add up what was left in a row from one column to another, write it, and clear the sums.
 
-
-@helper_kernel
-def x_of(pieces: Int64Array, p: Integer, y: Integer) -> Integer:
-    """Return where a piece is at a height in its row: exactly at its ends, between them in float64."""
-    top, bottom, x_top, x_bottom = pieces[p, TOP], pieces[p, BOTTOM], pieces[p, X_TOP], pieces[p, X_BOTTOM]
-    if y <= top:
-        return np.int64(x_top)
-    if y >= bottom:
-        return np.int64(x_bottom)
-    share = np.float64(y - top) / np.float64(bottom - top)
-    return np.int64(x_top + np.int64(np.rint(share * np.float64(x_bottom - x_top))))
-
-
-@helper_kernel
-def turn_piece(
-    sums: Int64Array, edges: Int64Array, pieces: Int64Array, p: Integer, row: Integer, y: Integer, side: int
-) -> None:
-    """Let a piece be another side from a height on; leave what it was before."""
-    if pieces[p, SIDE] != side:
-        since = pieces[p, SINCE]
-        if pieces[p, SIDE] != 0 and y > since:
-            leave_piece(
-                sums, edges, pieces[p, EDGE], row, since, y, x_of(pieces, p, since), x_of(pieces, p, y), pieces[p, SIDE]
-            )
-        pieces[p, SIDE], pieces[p, SINCE] = side, y
-
-
-@helper_kernel
-def order_slab(
-    pieces: Int64Array, count: int, upper: Integer, lower: Integer, order: Int64Array, x: Int64Array
-) -> tuple[int, Integer]:
-    """Order the pieces that go from one height to another by where they begin; return how many, and where two first cross.
-
-    Shapes  order: (count,), x: (2, count), written: where each is above and below.
+    Shapes  blocks: (B,); only those marked are gone through pixel by pixel.
     """
-    listed = 0
-    for p in range(count):
-        if pieces[p, TOP] <= upper and pieces[p, BOTTOM] >= lower:
-            above, below = x_of(pieces, p, upper), x_of(pieces, p, lower)
-            m = listed
-            while m > 0 and (x[0, m - 1] > above or (x[0, m - 1] == above and x[1, m - 1] > below)):
-                order[m], x[0, m], x[1, m] = order[m - 1], x[0, m - 1], x[1, m - 1]
-                m -= 1
-            order[m], x[0, m], x[1, m] = p, above, below
-            listed += 1
+    cover, x, last = np.int64(0), start, (end - 1) >> BLOCK_BITS
+    while x < end:
+        # Take a pixel of a block that is marked, or all blocks up to the next such.
+        b, next_x = x >> BLOCK_BITS, x + 1
+        if blocks[b] != 0:
+            cover += sums[x]
+            sums[x] = 0
+            if next_x & BLOCK_MASK == 0:
+                blocks[b] = 0
+        else:
+            while b <= last and blocks[b] == 0:
+                b += 1
+            next_x = min(b << BLOCK_BITS, end)
+        if cover != 0:
+            write_cover(target, y, x, next_x, cover, color, flag)
+        x = next_x
+    sums[end] = 0
+    sums[end + 1] = 0
+    blocks[last] = 0
+    blocks[end >> BLOCK_BITS] = 0
 
-    # The first crossing is one of neighbours.
-    first = lower
-    for m in range(1, listed):
-        if x[1, m - 1] > x[1, m]:
-            ahead, behind = np.float64(x[0, m] - x[0, m - 1]), np.float64(x[1, m - 1] - x[1, m])
-            crossing = upper + np.int64(np.rint(np.float64(lower - upper) * (ahead / (ahead + behind))))
-            first = min(first, max(crossing, upper + 1))
-    return listed, first
 
+@bare_kernel
+def find_boxes(edges: Int64Array, edge_starts: Int64Array, width: int, height: int, boxes: Int64Array) -> None:
+    """Find the pixels of an image that each polygon may cover.
 
-@helper_kernel
-def list_heights(pieces: Int64Array, count: int, heights: Int64Array) -> int:
-    """Write the heights at which pieces begin or end, ordered and each once, and return how many there are."""
-    listed = 0
-    for k in range(2 * count):
-        height = pieces[k >> 1, TOP] if k & 1 == 0 else pieces[k >> 1, BOTTOM]
-        m = listed
-        while m > 0 and heights[m - 1] > height:
-            m -= 1
-        if m > 0 and heights[m - 1] == height:
+    Shapes  boxes: (P, 4), written: x_start, x_end, y_start, y_end; empty where x_start is not below x_end.
+    """
+    for n in range(boxes.shape[0]):
+        first, last = edge_starts[n], edge_starts[n + 1]
+        boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3] = 0, 0, 0, 0
+        if first == last:
             continue
-        for q in range(listed, m, -1):
-            heights[q] = heights[q - 1]
-        heights[m] = height
-        listed += 1
-    return listed
+        low, high, bottom = edges[first, X0], edges[first, X0], edges[first, Y1]
+        for e in range(first, last):
+            low, high = min(low, edges[e, X0], edges[e, X1]), max(high, edges[e, X0], edges[e, X1])
+            bottom = max(bottom, edges[e, Y1])
+        boxes[n, 0] = max(low >> AREA_BITS, np.int64(0))
+        boxes[n, 1] = min((high + PIXEL - 1) >> AREA_BITS, np.int64(width))
+        boxes[n, 2] = max(edges[first, Y0] >> AREA_BITS, np.int64(0))
+        boxes[n, 3] = min((bottom + PIXEL - 1) >> AREA_BITS, np.int64(height))
 
 
-@helper_kernel
-def scan_row(
-    sums: Int64Array, edges: Int64Array, pieces: Int64Array, count: int, row: Integer, fill_rule: int, heights: Int64Array,
-    order: Int64Array, x: Int64Array,
-) -> None:  # fmt: skip
-    """Sweep down a row from height to height, and leave what bounds the inside.
+class Areas(NamedTuple):
+    """Polygons whose areas are to be swept: their edges, where those of each start, the pixels that each may cover."""
 
-    Shapes  heights: (2 count,), order: (count,), x: (2, count), room to work in.
+    edges: Int64Array  # (N, 5) as gather_areas gives them
+    starts: Int64Array  # (P + 1,)
+    boxes: Int64Array  # (P, 4)
+
+
+def make_areas(xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int]) -> Areas:
+    """Return polygons ready to be swept.
+
+    Parameters
+    ----------
+    xy, ring_starts, polygon_rings : as for `gather_areas`.
+    size : (width, height) of the image.
     """
-    marks = list_heights(pieces, count, heights)
-    for k in range(1, marks):
-        upper = heights[k - 1]
-        while upper < heights[k]:
-            listed, lower = order_slab(pieces, count, upper, heights[k], order, x)
-            winding, is_inside = np.int64(0), False
-            for m in range(listed):
-                p, was_inside = order[m], is_inside
-                winding += edges[pieces[p, EDGE], DOWN]
-                is_inside = is_filled(fill_rule, np.int64(m + 1), winding)
-                turn_piece(sums, edges, pieces, p, row, upper, int(is_inside) - int(was_inside))
-            upper = lower
-        for p in range(count):
-            if pieces[p, BOTTOM] == heights[k]:
-                turn_piece(sums, edges, pieces, p, row, heights[k], 0)
+    edges, starts = gather_areas(xy, ring_starts, polygon_rings, size[1])
+    boxes = np.empty((len(polygon_rings) - 1, 4), np.int64)
+    find_boxes(edges, starts, size[0], size[1], boxes)
+    return Areas(edges, starts, boxes)
 
 
-def gather_edges(xy: Int64Array, ring_starts: Int32Array, height: int) -> Int64Array:
-    """Return the edges that go up or down within some rows, each from its upper end, ordered by it: (N, EDGE_COLUMNS)."""
-    after = np.arange(1, len(xy) + 1)
-    after[ring_starts[1:] - 1] = ring_starts[:-1]
-    goes_down = (xy[after, 1] > xy[:, 1])[:, None]
-    upper, lower = np.where(goes_down, xy, xy[after]), np.where(goes_down, xy[after], xy)
-    edges = np.concatenate([upper, lower, np.where(goes_down, 1, -1)], axis=1)
-    within = (edges[:, Y0] < edges[:, Y1]) & (edges[:, Y1] > 0) & (edges[:, Y0] < height << int(AREA_BITS))
-    kept = edges[within]
-    return np.ascontiguousarray(kept[np.argsort(kept[:, Y0], kind="stable")], np.int64)
+@inline_kernel
+def sweep_areas(
+    write_cover: Callable[..., None], target: Any, y_start: Integer, y_end: Integer, areas: Areas, fill_rule: int,
+    sweep: AreaSweep, colors: Int64Array, flag: int,
+) -> None:  # fmt: skip
+    """Write how much of each pixel polygons cover, one polygon after the other, in some rows.
 
-
-@kernel
-def area_kernel(edges: Int64Array, fill_rule: int, out: Float64Array) -> None:
-    """Write how much of each pixel a polygon covers.
-
-    Shapes  edges: (N, EDGE_COLUMNS), from gather_edges; out: (H, W) float64, 0 to 1 but for 2^-40.
-    Units   corners in sub-pixels of AREA_BITS bits.
+    Shapes  colors: (P,), handed to the writer with the flag; sweep: room for the largest polygon and the image's width.
+    Units   corners in sub-pixels of AREA_BITS bits; the writer gets whole numbers of 2^-52 pixel, a run of pixels at a time.
     Rule    fill_rule, one of polygon.py.
     Needs   corners within 2^24 px, sides within 2^18 px.
-    Cost    O(pixels + pixels along the edges), and in each row O(pieces squared) comparisons.
-    Source  font-rs and stb_truetype for the running sum.
+    Cost    see above; nothing for pixels outside the polygons' boxes.
     """
-    height, width = out.shape
-    total, listed, following = edges.shape[0], 0, 0
-    active, sums = np.empty(total, np.int64), np.zeros(width + 2, np.int64)
-    pieces, heights = np.empty((2 * total, PIECE_COLUMNS), np.int64), np.empty(4 * total, np.int64)
-    order, x = np.empty(2 * total, np.int64), np.empty((2, 2 * total), np.int64)
-    for row in range(height):
-        # Insert the edges that start, and take out those that have ended.
-        while following < total and edges[following, Y0] >> AREA_BITS <= row:
-            active[listed] = following
-            listed += 1
-            following += 1
-        kept, count = 0, 0
-        for k in range(listed):
-            e = active[k]
-            if edges[e, Y1] > np.int64(row) << AREA_BITS:
-                active[kept] = e
-                kept += 1
-                count = cut_row(edges, e, np.int64(row), np.int64(width), pieces, count)
-        listed = kept
-
-        # Leave what they cover, and add it up along the row.
-        if count == 0:
-            for i in range(width):
-                out[row, i] = 0.0
+    edges, boxes = areas.edges, areas.boxes
+    for n in range(boxes.shape[0]):
+        row, row_end = max(boxes[n, 2], y_start), min(boxes[n, 3], y_end)
+        if boxes[n, 0] >= boxes[n, 1] or row >= row_end:
             continue
-        for i in range(width + 2):
-            sums[i] = 0
-        scan_row(sums, edges, pieces, count, np.int64(row), fill_rule, heights, order, x)
-        cover = np.int64(0)
-        for i in range(width):
-            cover += sums[i]
-            out[row, i] = np.float64(cover) / UNIT
+        first, last = areas.starts[n], areas.starts[n + 1]
+        for e in range(first, last):
+            for k in range(CORNER_COLUMNS):
+                sweep.edges[e - first, k] = edges[e, k]
+        count: Integer = np.int64(0)
+        following: Integer = np.int64(0)
+        for y in range(row, row_end):
+            count, following = sweep_row(sweep, count, following, last - first, y, fill_rule)
+            spread_row(write_cover, target, y, sweep.sums, sweep.blocks, boxes[n, 0], boxes[n, 1], colors[n], flag)
+
+
+@bare_helper
+def write_share(
+    target: Float64Array, y: Integer, start: Integer, end: Integer, cover: Integer, color: Integer, flag: int
+) -> None:
+    """Write how much of each pixel of a run is covered."""
+    share = np.float64(cover) / UNIT
+    for x in range(start, end):
+        target[y, x] = share
+
+
+@bare_kernel
+def area_rows(
+    out: Float64Array, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, colors: Int64Array
+) -> None:
+    """Write how much of each pixel a polygon covers, in some rows.
+
+    Shapes  out: (H, W) float64, 0 before, and then 0 to 1 but for 2^-40.
+    """
+    sweep_areas(write_share, out, y_start, y_end, areas, fill_rule, sweep, colors, 0)
+
+
+def area_kernel(edges: Int64Array, fill_rule: int, out: Float64Array) -> None:
+    """Write how much of each pixel a polygon covers: the rows of an image, from edges that gather_edges gave."""
+    out[:] = 0.0
+    starts, boxes = np.array([0, len(edges)]), np.empty((1, 4), np.int64)
+    find_boxes(edges, starts, out.shape[1], len(out), boxes)
+    sweep = make_sweep(len(edges), out.shape[1])
+    area_rows(out, 0, len(out), Areas(edges, starts, boxes), fill_rule, sweep, np.zeros(1, np.int64))

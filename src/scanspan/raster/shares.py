@@ -1,136 +1,84 @@
 """How much of each pixel every one of many polygons covers, and what follows: sums weighted by area, and the largest share.
 
-Each polygon is covered by area.py within its own bounding box, one after the other in one kernel, so a polygon costs what it
-is large and nothing is kept of it. Wide ones are cut into tiles at fixed columns of the image: whatever block of the image is
-asked for, a row of a tile is worked out from the same numbers, and gives the same bits.
+The sweep of area.py hands over runs of pixels that a polygon covers alike; here they are added up, or the largest is kept. Wide
+images are swept in tiles at fixed columns: whatever block of an image is asked for, a row of a tile is worked out from the same
+numbers, and gives the same bits.
 
 Source: area.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.area import AREA_BITS, X0, X1, Y0, Y1, area_kernel
-from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling
+from scanspan.jit import bare_helper, bare_kernel
+from scanspan.raster.area import Areas, sweep_areas
+from scanspan.raster.area_edges import UNIT
+from scanspan.raster.area_pieces import AreaSweep
+from scanspan.records import Float64Array, Int64Array, Integer
 
-TILE = np.int64(2048)  # columns; also rows that are held at a time
+TILE = 2048  # columns
 QUANTUM = 2.0**32  # parts of a pixel in which shares are compared, so that what was rounded decides no tie
 
 
-def gather_edges(xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array) -> tuple[Int64Array, Int64Array]:
-    """Return the edges of polygons as area.py wants them, (N, 5), by polygon and upper end, and where each polygon starts.
+class Shares(NamedTuple):
+    """Where shares land: the columns x_start to x_end of a tile, from row y_start on, and a value for each polygon."""
 
-    Level edges are left out.
-    """
-    after = np.arange(1, len(xy) + 1)
-    after[ring_starts[1:] - 1] = ring_starts[:-1]
-    goes_down = (xy[after, 1] > xy[:, 1])[:, None]
-    upper, lower = np.where(goes_down, xy, xy[after]), np.where(goes_down, xy[after], xy)
-    edges = np.concatenate([upper, lower, np.where(goes_down, 1, -1)], axis=1)
-    owner = np.repeat(np.arange(len(polygon_rings) - 1), np.diff(ring_starts[polygon_rings]))
-    slanted = edges[:, Y0] < edges[:, Y1]
-    edges, owner = edges[slanted], owner[slanted]
-    order = np.lexsort((edges[:, Y0], owner))
-    starts = np.searchsorted(owner, np.arange(len(polygon_rings)))
-    return np.ascontiguousarray(edges[order], np.int64), starts.astype(np.int64)
+    rows: Float64Array  # (h, w) or (h, w, 2)
+    values: Float64Array  # (P,)
+    x_start: int
+    x_end: int
+    y_start: int
 
 
-@inline_kernel
-def visit_shares(
-    write: Callable[..., None], target: Array, edges: Int64Array, starts: Int64Array, values: Float64Array,
-    fill_rule: int, sampling: Sampling, image_width: int,
-) -> None:  # fmt: skip
-    """Hand the share of every pixel near every polygon to a writer, polygon by polygon.
-
-    Shapes  target: (h, w, ...), the sampling's rectangle of the image; edges, starts: from gather_edges; values: (P,).
-            write(row, i, share, value, number).
-    Rule    fill_rule, one of polygon.py.
-    Needs   as for area_kernel.
-    Cost    O(the polygons' boxes), each as high as it is in the rectangle and as wide as its tiles that meet it.
-    """
-    x_start, x_end = np.int64(sampling.x_start), np.int64(sampling.x_end)
-    for p in range(starts.shape[0] - 1):
-        first, last = starts[p], starts[p + 1]
-        if first == last:
-            continue
-
-        # Bound the polygon.
-        low_x, high_x, low_y, high_y = edges[first, X0], edges[first, X0], edges[first, Y0], edges[first, Y1]
-        for e in range(first, last):
-            low_x, high_x = min(low_x, edges[e, X0], edges[e, X1]), max(high_x, edges[e, X0], edges[e, X1])
-            high_y = max(high_y, edges[e, Y1])
-        left, right = max(low_x >> AREA_BITS, np.int64(0)), min(-(-high_x >> AREA_BITS), np.int64(image_width))
-        top = max(low_y >> AREA_BITS, np.int64(sampling.y_start))
-        bottom = min(-(-high_y >> AREA_BITS), np.int64(sampling.y_end))
-        if max(left, x_start) >= min(right, x_end):
-            continue
-
-        # Take the tiles that meet the rectangle, and of each a number of rows at a time.
-        for tile in range(max(left, x_start) // TILE, (min(right, x_end) - 1) // TILE + 1):
-            start, end = max(left, tile * TILE), min(right, (tile + 1) * TILE)
-            for y in range(top, bottom, TILE):
-                cover = np.empty((min(bottom - y, TILE), end - start))
-                near = edges[first:last].copy()
-                for e in range(last - first):
-                    near[e, X0] -= start << AREA_BITS
-                    near[e, X1] -= start << AREA_BITS
-                    near[e, Y0] -= y << AREA_BITS
-                    near[e, Y1] -= y << AREA_BITS
-                area_kernel(near, fill_rule, cover)
-                for j in range(cover.shape[0]):
-                    row, shares = target[y + j - sampling.y_start], cover[j]
-                    for x in range(max(start, x_start), min(end, x_end)):
-                        write(row, x - x_start, shares[x - start], values[p], p)
+@bare_helper
+def write_share(target: Shares, y: Integer, start: Integer, end: Integer, cover: Integer, number: Integer, flag: int) -> None:
+    """Add a share to what is covered of each pixel of a run."""
+    share, row, left = np.float64(cover) / UNIT, y - target.y_start, target.x_start
+    for x in range(max(start, np.int64(left)), min(end, np.int64(target.x_end))):
+        target.rows[row, x - left] += share
 
 
-@helper_kernel
-def write_share(row: Float64Array, i: int, share: float, value: float, number: int) -> None:
-    """Add a share to what is covered of a pixel."""
-    row[i] += share
+@bare_helper
+def write_sum(target: Shares, y: Integer, start: Integer, end: Integer, cover: Integer, number: Integer, flag: int) -> None:
+    """Add a share to the sums of shares of a run, and its value, as far as it counts, to the sums of values."""
+    share, row, left = np.float64(cover) / UNIT, y - target.y_start, target.x_start
+    for x in range(max(start, np.int64(left)), min(end, np.int64(target.x_end))):
+        target.rows[row, x - left, 0] += share
+        target.rows[row, x - left, 1] += share * target.values[number]
 
 
-@helper_kernel
-def write_sum(row: Float64Array, i: int, share: float, value: float, number: int) -> None:
-    """Add a share to the sum of shares of a pixel, and its value, as far as it counts, to the sum of values."""
-    row[i, 0] += share
-    row[i, 1] += share * value
+@bare_helper
+def write_largest(target: Shares, y: Integer, start: Integer, end: Integer, cover: Integer, number: Integer, flag: int) -> None:
+    """Keep the largest share of each pixel of a run and the number of its polygon; the first of equals stays."""
+    parts, row, left = np.rint(np.float64(cover) / UNIT * QUANTUM), y - target.y_start, target.x_start
+    for x in range(max(start, np.int64(left)), min(end, np.int64(target.x_end))):
+        if parts > target.rows[row, x - left, 0]:
+            target.rows[row, x - left, 0] = parts
+            target.rows[row, x - left, 1] = np.float64(number)
 
 
-@helper_kernel
-def write_largest(row: Float64Array, i: int, share: float, value: float, number: int) -> None:
-    """Keep the largest share of a pixel and the number of its polygon; the first of equals stays."""
-    parts = np.rint(share * QUANTUM)
-    is_larger = parts > row[i, 0]
-    row[i, 0] = parts if is_larger else row[i, 0]
-    row[i, 1] = np.float64(number) if is_larger else row[i, 1]
-
-
-@kernel
+@bare_kernel
 def add_shares(
-    target: Float64Array, edges: Int64Array, starts: Int64Array, values: Float64Array, fill_rule: int, sampling: Sampling,
-    image_width: int,
-) -> None:  # fmt: skip
-    """Add up shares: target (h, w); see visit_shares."""
-    visit_shares(write_share, target, edges, starts, values, fill_rule, sampling, image_width)
+    target: Shares, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, numbers: Int64Array
+) -> None:
+    """Add up shares: rows (h, w)."""
+    sweep_areas(write_share, target, y_start, y_end, areas, fill_rule, sweep, numbers, 0)
 
 
-@kernel
+@bare_kernel
 def sum_shares(
-    target: Float64Array, edges: Int64Array, starts: Int64Array, values: Float64Array, fill_rule: int, sampling: Sampling,
-    image_width: int,
-) -> None:  # fmt: skip
-    """Add up shares, and values weighted by them: target (h, w, 2); see visit_shares."""
-    visit_shares(write_sum, target, edges, starts, values, fill_rule, sampling, image_width)
+    target: Shares, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, numbers: Int64Array
+) -> None:
+    """Add up shares, and values weighted by them: rows (h, w, 2)."""
+    sweep_areas(write_sum, target, y_start, y_end, areas, fill_rule, sweep, numbers, 0)
 
 
-@kernel
+@bare_kernel
 def largest_share(
-    target: Float64Array, edges: Int64Array, starts: Int64Array, values: Float64Array, fill_rule: int, sampling: Sampling,
-    image_width: int,
-) -> None:  # fmt: skip
-    """Find the polygon that covers most: target (h, w, 2), a share in parts and a number; see visit_shares."""
-    visit_shares(write_largest, target, edges, starts, values, fill_rule, sampling, image_width)
+    target: Shares, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, numbers: Int64Array
+) -> None:
+    """Find the polygon that covers most: rows (h, w, 2), a share in parts and a number."""
+    sweep_areas(write_largest, target, y_start, y_end, areas, fill_rule, sweep, numbers, 0)

@@ -53,18 +53,22 @@ def draw_polygons(
     return drawn, row
 
 
-def flat_trapezoids(
-    xy: Int64Array, starts: Int32Array, fill_rule: int, value: float | Float64Array, sampling: Sampling,
-    polygon_rings: Int32Array | None = None,
-) -> ScreenTriangles:  # fmt: skip
-    """Return a polygon as outlines that all have one depth, which is its colour; or polygons, with a colour each."""
-    whole = np.array([0, len(starts) - 1], np.int32) if polygon_rings is None else polygon_rings
-    owner, sides, limits = cut_trapezoids(xy, starts, whole, fill_rule, sampling)
+def flat_trapezoids(xy: Int64Array, starts: Int32Array, fill_rule: int, value: float, sampling: Sampling) -> ScreenTriangles:
+    """Return a polygon as outlines that all have one depth, which is its colour."""
+    whole = np.array([0, len(starts) - 1], np.int32)
+    return flat_polygons(xy, starts, whole, fill_rule, np.array([value]), sampling)
+
+
+def flat_polygons(
+    xy: Int64Array, starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, values: Float64Array, sampling: Sampling
+) -> ScreenTriangles:
+    """Return polygons in order as outlines; all those of polygon p have the depth values[p], which is its colour."""
+    owner, sides, limits = cut_trapezoids(xy, starts, polygon_rings, fill_rule, sampling)
     count = len(sides)
     fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32)} | room_for_outlines(count)
     fields["lines"][:, 1:], fields["limits"][:, :4] = sides, limits
     fields["planes"][:] = (0.0, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf)
-    fields["planes"][:, 0] = np.asarray(value)[owner] if np.ndim(value) else value
+    fields["planes"][:, 0] = values[owner]
     zeros = np.zeros(count, np.int32)
     return ScreenTriangles(
         xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.jit import helper_kernel
+from scanspan.jit import bare_helper, helper_kernel
 from scanspan.records import Float32Array, UInt8Array
 
 
-@helper_kernel
+@bare_helper
 def encode_value(light: float, thresholds: Float32Array, starts: UInt8Array) -> int:
     """Return the 8-bit code of one value of light.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.jit import helper_kernel
+from scanspan.jit import bare_helper
 from scanspan.records import Float64Array, Int32Array, Integer, UInt8Array
 from scanspan.shade.color import LINEAR_FROM_SRGB8, STARTS, THRESHOLDS
 from scanspan.shade.srgb import encode_value
@@ -22,7 +22,7 @@ ALPHA = np.arange(256, dtype=np.float32) / np.float32(255.0)
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
 
 
-@helper_kernel
+@bare_helper
 def blend_channel(over: Integer, under: Integer, share: np.float32, rest: np.float32, is_linear: int) -> int:
     """Return the 8-bit code of a channel, `share` of it the colour above and `rest` the one below.
 
@@ -33,7 +33,7 @@ def blend_channel(over: Integer, under: Integer, share: np.float32, rest: np.flo
     return int(np.float32(over) * share + np.float32(under) * rest + np.float32(0.5))
 
 
-@helper_kernel
+@bare_helper
 def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_linear: int) -> None:
     """Lay a colour over pixel q of a row, as much of it as is covered.
 
@@ -50,21 +50,21 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
         row[q, 3] = int(total * np.float32(255.0) + np.float32(0.5))
 
 
-@helper_kernel
+@bare_helper
 def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits."""
     color = np.int64(depth)
     row[q] = np.int32(color - (color >> 31 << 32)) if inside else row[q]
 
 
-@helper_kernel
+@bare_helper
 def write_sample_linear(row: UInt8Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Blend a colour, packed into the depth, into a row of pixels in linear light."""
     if inside:
         blend_over(row, q, np.int64(depth), ONE, 1)
 
 
-@helper_kernel
+@bare_helper
 def write_sample_srgb(row: UInt8Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Blend a colour, packed into the depth, into a row of pixels in sRGB values."""
     if inside:

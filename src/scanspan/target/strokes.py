@@ -13,23 +13,21 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes
-from scanspan.jit import helper_kernel, kernel
+from scanspan.jit import kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, run_bands, run_kernel
-from scanspan.raster.area import AREA_BITS, EDGE_COLUMNS, Y0, Y1, gather_edges
+from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.options import make_sampling
 from scanspan.raster.polygon import NON_ZERO
 from scanspan.raster.segment import DIAMOND_EXIT
-from scanspan.raster.shapes import draw_shapes
-from scanspan.raster.trapezoids import flat_trapezoids
-from scanspan.raster.windows import cover_by_windows, window_width
+from scanspan.raster.trapezoids import flat_polygons
 from scanspan.raster.wu import draw_pairs
-from scanspan.records import Array, Float64Array, Int64Array, Integer, UInt8Array
+from scanspan.records import Array, Float64Array, Int64Array, UInt8Array
 from scanspan.samples import sample_offsets
-from scanspan.target.blend import ONE, blend_over
-from scanspan.target.paint import PAINTERS, cover_kernel
+from scanspan.target.blend import blend_over
+from scanspan.target.cover import paint_polygons
+from scanspan.target.paint import PAINTERS
 
 LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
-ROWS = 64  # of exact areas that are worked out at once
 SNAPPED = 1 << 14  # segments that are put on the grid at once, so that they stay in the cache
 
 
@@ -79,77 +77,20 @@ def paint_segments(
     run_bands(scan_band, len(target), 1 if count < SMALL else threads, each=1)
 
 
-@helper_kernel
-def lay_cover(flat: UInt8Array, q: int, color: Integer, cover: np.float32, is_linear: int) -> None:
-    """Lay a colour over a pixel, as much of it as is covered; one that is opaque replaces what it covers whole."""
-    if cover == ONE and color >> 24 == 255:
-        flat[q, 0], flat[q, 1], flat[q, 2], flat[q, 3] = color & 255, color >> 8 & 255, color >> 16 & 255, 255
-    else:
-        blend_over(flat, q, color, cover, is_linear)
-
-
-@kernel
-def shapes_kernel(
-    target: UInt8Array, xy: Int64Array, ring_starts: Int64Array, shape_rings: Int64Array, values: Float64Array,
-    is_linear: int, y_start: int, y_end: int,
-) -> None:  # fmt: skip
-    """Shapes into (H, W, 4) pixels, by how much of each they cover."""
-    width = target.shape[1]
-    flat = target.reshape(target.shape[0] * width, 4)
-    draw_shapes(
-        lay_cover, flat, np.int64(width), np.int64(y_start), np.int64(y_end), xy, ring_starts, shape_rings, values, is_linear
-    )
-
-
 def paint_shapes(target: UInt8Array, shapes: Shapes, values: Float64Array, is_linear: bool, threads: int) -> None:
-    """Paint simple shapes in order, each by the area of pixels that it covers.
+    """Paint shapes in order, each by the area of pixels that it covers by the non-zero rule.
 
     Parameters
     ----------
     target : (H, W, 4) pixels.
-    shapes : rings of one shape do not overlap.
     values : (S,) packed colours.
     """
-    xy = snap_points(shapes.xy, int(AREA_BITS))
-
-    def scan_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Paint the rows of one band."""
-        if not stop.is_set():
-            shapes_kernel(target, xy, shapes.ring_starts, shapes.shape_rings, values, int(is_linear), y_start, y_end)
-
-    run_bands(scan_band, len(target), 1 if len(values) < SMALL else threads, each=1)
-
-
-def paint_shape(target: UInt8Array, rings: list[Float64Array], color: float, is_linear: bool, threads: int) -> None:
-    """Paint what rings hold by the non-zero rule, however they cross, by the area of pixels that is covered.
-
-    Parameters
-    ----------
-    target : (H, W, 4) pixels.
-    rings : (M, 2) each, in pixels.
-    color : packed.
-    """
-    starts = np.cumsum([0, *map(len, rings)]).astype(np.int32)
-    xy = snap_points(np.concatenate([np.empty((0, 2)), *rings]), int(AREA_BITS))
-    height, width = target.shape[:2]
-    edges = gather_edges(xy, starts, height) if len(rings) else np.empty((0, EDGE_COLUMNS), np.int64)
-    if not len(edges):
-        return
-    window = window_width(edges, height, width)
-    first, last = max(int(edges[:, Y0].min()) >> 16, 0), min(int(edges[:, Y1].max() - 1) >> 16, height - 1)
-
-    def scan_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Paint the rows of one band, a few at a time so that an interrupt is noticed between them."""
-        for row in range(y_start + first, y_end + first, ROWS):
-            row_end = min(row + ROWS, y_end + first)
-            met = edges[(edges[:, Y1] > row << 16) & (edges[:, Y0] < row_end << 16)]
-            met[:, [Y0, Y1]] -= row << 16
-            cover = np.empty((row_end - row, width))
-            if not stop.is_set():
-                cover_by_windows(met, NON_ZERO, window, cover)
-                cover_kernel(target[row:row_end], cover, int(color), int(is_linear))
-
-    run_bands(scan_band, last + 1 - first, threads if len(edges) > SMALL else 1)
+    xy, starts, polygons = snap_points(shapes.xy, int(AREA_BITS)), shapes.ring_starts, shapes.shape_rings
+    colors = values.astype(np.int64)
+    if len(xy):
+        paint_polygons(
+            target, xy, starts.astype(np.int32), polygons.astype(np.int32), NON_ZERO, colors, is_linear, False, threads
+        )
 
 
 def paint_covered(pixels: UInt8Array, shapes: Shapes, values: Float64Array, is_opaque: bool, blend: str, threads: int) -> None:
@@ -157,6 +98,6 @@ def paint_covered(pixels: UInt8Array, shapes: Shapes, values: Float64Array, is_o
     size = pixels.shape[1], pixels.shape[0]
     sampling = make_sampling(size, sample_offsets(1, LINE_BITS)[0], rule="top-left", cull="none", subpixel_bits=LINE_BITS)
     starts, polygons = shapes.ring_starts.astype(np.int32), shapes.shape_rings.astype(np.int32)
-    drawn = flat_trapezoids(snap_points(shapes.xy, LINE_BITS), starts, NON_ZERO, values, sampling, polygons)
+    drawn = flat_polygons(snap_points(shapes.xy, LINE_BITS), starts, polygons, NON_ZERO, values, sampling)
     target = pixels.view(np.int32)[..., 0] if is_opaque else pixels
     run_kernel(PAINTERS["edge-walk"]["opaque" if is_opaque else blend], target, drawn, sampling, threads)

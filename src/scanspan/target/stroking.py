@@ -12,7 +12,7 @@ from scanspan.geometry.stroke import Shapes, circle, point_shapes, segment_shape
 from scanspan.raster.stroke_options import Stroke
 from scanspan.records import Float64Array, Int64Array, UInt8Array
 from scanspan.target.blend import pack_colors
-from scanspan.target.strokes import paint_covered, paint_shape, paint_shapes
+from scanspan.target.strokes import paint_covered, paint_shapes
 
 BATCH = 1 << 16  # points of outlines that are made at once
 
@@ -38,11 +38,6 @@ def stroke_segments(
         shapes = dashed_shapes(part, stroke)
         if not antialias:
             paint_covered(pixels, shapes, colors, is_opaque, blend, threads)
-        elif stroke.dashes_may_meet:
-            for n, color in enumerate(colors):
-                rings = range(shapes.shape_rings[n], shapes.shape_rings[n + 1])
-                outlines = [shapes.xy[shapes.ring_starts[r] : shapes.ring_starts[r + 1]] for r in rings]
-                paint_shape(pixels, outlines, float(color), is_linear, threads)
         else:
             paint_shapes(pixels, shapes, colors, is_linear, threads)
 
@@ -74,13 +69,12 @@ def stroke_chain(
         rings += [ring for dash in bent for ring in outline(dash, closed=False)]
     if not rings:
         return
-    color = float(pack_colors(code))
-    if antialias:
-        paint_shape(pixels, rings, color, blend == "linear", threads)
-        return
     starts = np.cumsum([0, *map(len, rings)]).astype(np.int64)
-    shapes = Shapes(np.concatenate(rings), starts, np.array([0, len(rings)], np.int64))
-    paint_covered(pixels, shapes, np.array([color]), int(code[3]) == 255, blend, threads)
+    shapes, color = Shapes(np.concatenate(rings), starts, np.array([0, len(rings)], np.int64)), pack_colors(code)[None]
+    if antialias:
+        paint_shapes(pixels, shapes, color, blend == "linear", threads)
+    else:
+        paint_covered(pixels, shapes, color, int(code[3]) == 255, blend, threads)
 
 
 def cover_points(
