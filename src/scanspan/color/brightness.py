@@ -130,11 +130,11 @@ def intensity(rgb: npt.ArrayLike) -> Float64Array:
 
 
 def mean_of_three(rgb: Float64Array) -> Float64Array:
-    """Return the mean of three channels, (..., 3) to (...); three equal numbers have that mean to the last bit.
+    """Return the mean of three channels, (..., 3) to (...), in any order the same; three equal numbers have just that mean.
 
     >>> mean_of_three(np.array([0.1, 0.1, 0.1])).item()
     0.1
     """
-    green = rgb[..., 1]
-    result: Float64Array = green + ((rgb[..., 0] - green) + (rgb[..., 2] - green)) / 3.0
+    smallest = np.minimum(np.minimum(rgb[..., 0], rgb[..., 1]), rgb[..., 2])
+    result: Float64Array = smallest + ((rgb[..., 0] - smallest) + (rgb[..., 1] - smallest) + (rgb[..., 2] - smallest)) / 3.0
     return result

@@ -4,8 +4,9 @@ The curve holds a power, and a library's `pow` differs in its last bit from one 
 x^2.4 is x^2 (x^0.2)^2, x^(5/12) is x^(1/4) x^(1/6), square roots are correctly rounded everywhere, and fifth and third roots
 come from Newton's iteration, which adds, multiplies and divides only. The price is some twenty operations a value.
 
-The constants are those of the standard, 0.04045 and 12.92; its two branches miss each other there by 2e-9. Between them lies
-no encoded value, and the way back divides at 0.04045 / 12.92, so that every value comes back.
+The constants are those of the standard, 0.04045 and 12.92; its two branches miss each other there by 2e-9 of light. In that gap
+lies the light of no encoded value, and the way back divides in its middle, so that every value comes back, and even light that
+rounding has moved on its way through XYZ.
 
 Source: IEC 61966-2-1 (sRGB); the mirrored curve for negative values is that of CSS Color Module Level 4.
 """
@@ -22,10 +23,12 @@ from scanspan.records import Float64Array, UInt8Array
 # Rounds of Newton's iteration: from the first guess they gain 1, 2, 4, 8 and more than 16 decimals.
 _ROUNDS = 7
 
-ENCODED_KNEE = 0.04045
-"""The encoded value up to which the curve is a straight line."""
-
+# The curve is a straight line up to this encoded value.
+_ENCODED_KNEE = 0.04045
 _SLOPE = 12.92
+
+# The middle of the gap between the branches, 0.003130804954 and 0.003130807283.
+_LIGHT_KNEE = 0.003130806
 
 
 def linear_from_srgb(values: npt.ArrayLike) -> Float64Array:
@@ -50,7 +53,7 @@ def linear_from_srgb(values: npt.ArrayLike) -> Float64Array:
     for _ in range(_ROUNDS):
         fourth = root * root * (root * root)
         root = root - (fourth * root - base) / (5.0 * fourth)
-    result: Float64Array = np.where(encoded <= ENCODED_KNEE, encoded / _SLOPE, base * base * (root * root))
+    result: Float64Array = np.where(encoded <= _ENCODED_KNEE, encoded / _SLOPE, base * base * (root * root))
     return np.minimum(result, 1.0)
 
 
@@ -98,7 +101,7 @@ def srgb_from_linear(light: Float64Array) -> Float64Array:
     size = np.abs(light)
     half = np.sqrt(size)
     power = np.sqrt(half) * cube_root(half)
-    curve = np.where(size <= ENCODED_KNEE / _SLOPE, size * _SLOPE, power + 0.055 * (power - 1.0))
+    curve = np.where(size <= _LIGHT_KNEE, size * _SLOPE, power + 0.055 * (power - 1.0))
     return np.copysign(curve, light)
 
 
@@ -135,7 +138,7 @@ def srgb_to_linear(rgb: npt.ArrayLike) -> Float64Array:
     """
     array = array_of("rgb", rgb, triples=False)
     values = encoded_values("rgb", array, triples=False)
-    return linear_from_srgb(values) if array.dtype.kind == "f" else LIGHT_OF_CODES[array]
+    return linear_from_srgb(values) if array.dtype.kind == "f" else np.asarray(LIGHT_OF_CODES[array.astype(np.uint8)])
 
 
 def linear_to_srgb(linear: npt.ArrayLike) -> Float64Array:

@@ -96,11 +96,12 @@ def unit_values(name: str, array: npt.NDArray[Any], hint: str = "") -> Float64Ar
     >>> unit_values("saturation", np.array([0.5, 1.0000001])).tolist()
     [0.5, 1.0]
     """
-    bad = ~((array >= -_SLACK) & (array <= 1.0 + _SLACK))
+    values = _as_float64(array)
+    bad = ~((values >= -_SLACK) & (values <= 1.0 + _SLACK))
     if bad.any():
-        hint = hint if 1.0 < float(array[bad].max()) <= 255.0 else ""
+        hint = hint if 1.0 < values[bad].max() <= 255.0 else ""
         raise InputError(f"{quote_first(name, array, bad)}: expected floats between 0 and 1{hint}")
-    result: Float64Array = np.clip(array.astype(np.float64), 0.0, 1.0)
+    result: Float64Array = np.clip(values, 0.0, 1.0)
     return result
 
 
@@ -133,7 +134,14 @@ def bounded_values(name: str, array: npt.NDArray[Any], largest: float = LARGEST)
     >>> bounded_values("lab", np.array([50, 0, 0])).tolist()
     [50.0, 0.0, 0.0]
     """
-    bad = ~(np.abs(array) <= largest)
+    values = _as_float64(array)
+    bad = ~(np.abs(values) <= largest)
     if bad.any():
         raise InputError(f"{quote_first(name, array, bad)}: expected finite numbers, none beyond {largest:g}")
-    return np.array(array, dtype=np.float64)
+    return values
+
+
+def _as_float64(array: npt.NDArray[Any]) -> Float64Array:
+    """Return a copy as float64; what is too large for that becomes infinity, which is refused later."""
+    with np.errstate(over="ignore"):
+        return np.array(array, dtype=np.float64)

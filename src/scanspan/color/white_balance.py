@@ -144,7 +144,8 @@ def von_kries(
 
     Returns
     -------
-    As for `grey_world`; linear light is not clamped. With equal whites, the picture as it is.
+    As for `grey_world`; linear light is not clamped. With equal whites, the picture as it is, but for the rounding of sRGB
+    floats.
 
     Raises
     ------
@@ -284,7 +285,7 @@ def _decode(image: npt.ArrayLike, encoding: str | None) -> tuple[Float64Array, s
     if encoding == "linear":
         raise InputError(f"image has type {array.dtype}, which is encoded sRGB: expected floats for encoding='linear'")
     encoded_values("image", array)
-    return LIGHT_OF_CODES[array], "codes"
+    return LIGHT_OF_CODES[array.astype(np.uint8)], "codes"
 
 
 def _encode(light: Float64Array, kind: str) -> Array:
