@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from scanspan.color.transfer import linear_from_srgb
 from scanspan.errors import InputError
-from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS, linear_from_srgb
+from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS
 from scanspan.target import resolve as module
 from scanspan.target.resolve import DEFAULT_BACKGROUND, background, resolve
 

@@ -12,6 +12,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scanspan import color as color
+    from scanspan import homogeneous as homogeneous
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
     from scanspan.assets.load import load as load
@@ -85,11 +87,16 @@ _HOMES = {
     "zones": "masks",
 }
 
-__all__ = [*_HOMES, "__version__"]
+# Modules that are public as a whole, such as `scanspan.color`.
+_MODULES = ("color", "homogeneous")
+
+__all__ = [*_HOMES, *_MODULES, "__version__"]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first asked for."""
+    if name in _MODULES:
+        return importlib.import_module(f"scanspan.{name}")
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'scanspan' has no attribute {name!r}")

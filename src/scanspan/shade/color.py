@@ -1,10 +1,8 @@
 """Colours as people write them, and the exact way between sRGB and linear light.
 
-At the surface a colour is sRGB with straight alpha; light is added and averaged in linear values. The curve between them
-holds a power, and a library's `pow` differs in its last bit from one machine to the next. So there is none here: x^2.4 is x^2
-(x^0.2)^2, and the fifth root comes from Newton's iteration, which adds, multiplies and divides only. Encoding to 8 bits
-compares with the 255 values of light that lie half way between two codes, each rounded up to float32, so that the code is the
-exactly rounded one.
+At the surface a colour is sRGB with straight alpha; light is added and averaged in linear values. The curve between them is
+that of scanspan.color. Encoding to 8 bits compares with the 255 values of light that lie half way between two codes, each
+rounded up to float32, so that the code is the exactly rounded one.
 
 The kernels are in srgb.py; this module does without numba.
 
@@ -20,16 +18,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import ImageColor
 
+from scanspan.color.transfer import HALF_WAY, LIGHT_OF_CODES, STARTS, linear_from_srgb
 from scanspan.errors import InputError
 from scanspan.homogeneous import quote
 from scanspan.records import Float32Array, Float64Array, UInt8Array
-
-# Rounds of Newton's iteration for a fifth root: from the first guess they gain 1, 2, 4, 8 and more than 16 decimals.
-_ROUNDS = 7
-
-# Bins of light that the encoder looks up first. The curve climbs 255 x 12.92 = 3295 codes a unit at most, so that in a bin of
-# 1/4096 it passes one threshold or none.
-BINS = 4096
 
 _EXPECTED = "expected a CSS name, #rrggbb, rgb(...) or 3 or 4 numbers"
 
@@ -110,32 +102,6 @@ def to_float_colors(colors: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) ->
     return result
 
 
-def linear_from_srgb(values: npt.ArrayLike) -> Float64Array:
-    """Return linear light from sRGB values, both 0..1, with the same bits on every machine.
-
-    Parameters
-    ----------
-    values : numbers of any shape, sRGB 0..1; what is outside is clamped.
-
-    Returns
-    -------
-    float64 of the same shape.
-
-    >>> linear_from_srgb([0.0, 0.5, 1.0]).round(4)
-    array([0.   , 0.214, 1.   ])
-    """
-    encoded = np.clip(np.asarray(values, dtype=np.float64), 0.0, 1.0)
-    base = np.maximum((encoded + 0.055) / 1.055, 0.09)
-
-    # Find the fifth root from the chord of the curve over 0.09..1, within 0.03 of it.
-    root = 0.6178 + (base - 0.09) * (0.3822 / 0.91)
-    for _ in range(_ROUNDS):
-        fourth = root * root * (root * root)
-        root = root - (fourth * root - base) / (5.0 * fourth)
-    result: Float64Array = np.where(encoded <= 0.04045, encoded / 12.92, base * base * (root * root))
-    return np.minimum(result, 1.0)
-
-
 def linear_color(value: object) -> Float32Array:
     """Return a colour that `parse_color` reads as linear light with straight alpha, (4,) float32.
 
@@ -148,20 +114,16 @@ def linear_color(value: object) -> Float32Array:
 
 def _make_thresholds() -> Float32Array:
     """Return (256,) float32: entry i is the least light that is encoded as i + 1 or more; the last one is out of reach."""
-    exact = linear_from_srgb((np.arange(255) + 0.5) / 255.0)
-    rounded = exact.astype(np.float32)
-    above = np.where(rounded.astype(np.float64) < exact, np.nextafter(rounded, np.float32(2.0)), rounded)
+    rounded = HALF_WAY.astype(np.float32)
+    above = np.where(rounded.astype(np.float64) < HALF_WAY, np.nextafter(rounded, np.float32(2.0)), rounded)
     return np.append(above, np.float32(np.inf)).astype(np.float32)
 
 
-LINEAR_FROM_SRGB8: Float32Array = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
+LINEAR_FROM_SRGB8: Float32Array = LIGHT_OF_CODES.astype(np.float32)
 """(256,) float32, the light of each 8-bit sRGB code."""
 
 THRESHOLDS: Float32Array = _make_thresholds()
 """(256,) float32, the least light of each next code: code i is for THRESHOLDS[i - 1] <= light < THRESHOLDS[i]."""
-
-STARTS: UInt8Array = np.searchsorted(THRESHOLDS, np.arange(BINS + 1) / BINS, side="right").astype(np.uint8)
-"""(4097,) uint8, the code of light k / 4096."""
 
 
 def linear_from_srgb8(codes: npt.ArrayLike) -> Float32Array:

@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.color.transfer import STARTS
 from scanspan.jit import bare_helper
 from scanspan.records import Float64Array, Int32Array, Integer, UInt8Array
-from scanspan.shade.color import LINEAR_FROM_SRGB8, STARTS, THRESHOLDS
+from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS
 from scanspan.shade.srgb import encode_value
 
 LINEAR = np.ascontiguousarray(LINEAR_FROM_SRGB8, np.float32)
