@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scanspan import lectures as lectures
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
     from scanspan.assets.load import load as load
@@ -77,6 +78,7 @@ _HOMES = {
     "dice": "geometry.dice",
     "explain": "view.explain",
     "interpolate": "pipeline",
+    "lectures": "lectures",
     "load": "assets.load",
     "merge": "target.visibility",
     "rasterize": "pipeline",
@@ -93,7 +95,8 @@ def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'scanspan' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"scanspan.{home}"), name)
+    module = importlib.import_module(f"scanspan.{home}")
+    value = module if home == name else getattr(module, name)
     globals()[name] = value
     return value
 
