@@ -12,7 +12,13 @@ walking            edge walking; interpolation has the three ways to a value ins
 lines  fills       DDA and midpoint; flood fill and parity
 hidden_surfaces    the scan-line algorithm
 
-Functions called `demonstrate_...` run a lecture's program beside this library's and return what differs. `PORTS` lists all.
+Functions called `demonstrate_...` run a lecture's program beside this library's and return what differs. `PORTS` lists the
+items by number, `SLIPS` the mistakes; `find` looks one up.
 """
 
 from __future__ import annotations
+
+from scanspan.lectures.catalog import PORTS as PORTS
+from scanspan.lectures.catalog import SLIPS as SLIPS
+from scanspan.lectures.catalog import Entry as Entry
+from scanspan.lectures.catalog import find as find
