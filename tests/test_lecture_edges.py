@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 from fractions import Fraction
 from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
-from scanspan.errors import InputError
+from scanspan.errors import InputError, LimitError
 from scanspan.lectures import edge_faults as faults
 from scanspan.lectures import half_planes
 from scanspan.lectures.compare import shipped_channel, shipped_hits
 from scanspan.lectures.edge_equations import SORT, EdgeEqn, FlatTriangle, SmoothTriangle, average_channel, look_up, to_int
 from scanspan.lectures.exercise import box_steps, plain_box
+from scanspan.lectures.fixed_point import FixedFlatTriangle, FixedSmoothTriangle
 from scanspan.lectures.raster import Raster, Vertex, vertices
 
 COLORS = [(255, 40, 0, 255), (10, 200, 90, 128), (3, 60, 250, 7)]
@@ -68,6 +70,7 @@ def test_edges_pass_through_their_vertices_and_keep_their_flags() -> None:
     edge = EdgeEqn(Vertex(3, 8), Vertex(11, 2))
     assert (edge.A, edge.B, edge.C, edge.flag) == (6, 8, -82, 9)
     assert edge.evaluate_at(3, 8) == edge.evaluate_at(11, 2) == 0
+    assert [EdgeEqn(Vertex(0, 0), Vertex(*end)).flag for end in ((4, 0), (0, 4), (-4, 0), (0, -4))] == [9, 1, 8, 9]
     edge.flip()
     assert (edge.A, edge.B, edge.C, edge.flag) == (-6, -8, 82, 9)
 
@@ -136,6 +139,16 @@ def test_casts() -> None:
     assert [to_int(x) for x in (1.9, -1.9, 1e30, -1e30, float("nan"))] == [1, -1, 2**31 - 1, -(2**31), 0]
     with pytest.raises(InputError, match=r"^a raster of 0 x 5: expected at least one pixel each way$"):
         Raster(0, 5)
+    with pytest.raises(LimitError, match=r"^a raster of 5000 x 5000: the limit is 16777216 pixels in all$"):
+        Raster(5000, 5000)
+
+
+def test_infinite_corners_draw_nothing_and_warn_of_nothing() -> None:
+    for kind in (FlatTriangle, SmoothTriangle, FixedFlatTriangle, FixedSmoothTriangle):
+        raster = Raster(6, 6)
+        with contextlib.suppress(IndexError):  # as the programs themselves may end
+            kind(*vertices([(float("inf"), 0), (4, float("-inf")), (0, 4)], COLORS)).draw(raster)
+        assert kind in (FixedFlatTriangle, FixedSmoothTriangle) or raster.hits.sum() == 0
 
 
 # What they get wrong

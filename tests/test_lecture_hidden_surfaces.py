@@ -82,7 +82,9 @@ def test_the_list_is_empty_only_if_the_sweep_goes_on() -> None:
     assert (surfaces.demonstrate_left_over(20), surfaces.demonstrate_left_over(32)) == (2, 0)
 
 
-def test_unknown_names_are_refused() -> None:
+def test_what_a_sweep_refuses() -> None:
+    with pytest.raises(InputError, match=r"^facets\[0\]"):
+        surfaces.sweep_up([[(0, 0, float("inf"), 0), (1, 0, 0, 0), (0, 1, 0, 0)]], (4, 4))
     with pytest.raises(InputError, match=r"^unknown rule 'printed'"):
         surfaces.sweep_up([], (4, 4), rule="printed")
     with pytest.raises(InputError, match=r"^unknown visibility 'z-buffer'"):

@@ -137,6 +137,9 @@ def test_what_parity_gets_wrong() -> None:
     assert found == fills.ParityFaults(closed=9, once=161, half_open=0, shipped=0, tested=3072, tested_in_box=2193)
 
 
-def test_an_unknown_crossing_is_refused() -> None:
+def test_what_parity_refuses() -> None:
+    assert not fills.parity_fill([], (3, 3)).inside.any()
+    with pytest.raises(InputError, match=r"^points\[1\] = \[nan, 0.0\]: expected finite numbers"):
+        fills.parity_fill([(0, 0), (float("nan"), 0), (0, 3)], (3, 3))
     with pytest.raises(InputError, match=r"^unknown crossing 'open'"):
         fills.parity_fill([(0, 0), (3, 0), (0, 3)], (3, 3), crossing="open")

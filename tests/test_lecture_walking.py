@@ -72,8 +72,10 @@ def test_values_without_the_fractional_offset_are_off() -> None:
 
 
 def test_what_walking_refuses() -> None:
-    with pytest.raises(InputError, match=r"^expected three points and three values, got 2 and 3$"):
+    with pytest.raises(InputError, match=r"^points = .*: expected numbers of shape \(3, 2\), not shape \(2, 2\)$"):
         walking.walk([(0, 0), (1, 1)], [0, 0, 0])
+    with pytest.raises(InputError, match=r"^values"):
+        walking.walk([(0, 0), (1, 1), (0, 1)], [0, float("nan"), 0])
     with pytest.raises(InputError, match=r"^unknown ends 'floor'"):
         walking.walk([(0, 0), (1, 1), (0, 1)], [0, 0, 0], ends="floor")
 
@@ -163,6 +165,8 @@ def test_the_shadow_rule_is_the_top_left_rule_upside_down() -> None:
     assert found.after_mirroring == 0
 
 
-def test_an_unknown_rule_is_refused() -> None:
+def test_what_rules_refuse() -> None:
+    with pytest.raises(InputError, match=r"^triangles: expected whole coordinates within 16777216 pixels$"):
+        ownership.rule_hits(np.array([[(0, 0), (4.5, 0), (4, 4)]]), (6, 6), "draw")
     with pytest.raises(InputError, match=r"^unknown rule 'shadows'; did you mean 'shadow'\?"):
         ownership.rule_hits(np.zeros((0, 3, 2)), (4, 4), "shadows")

@@ -290,7 +290,7 @@ def find(number: int, *, is_slip: bool = False) -> list[Entry]:
     Examples
     --------
     >>> [entry.home for entry in find(69)]
-    ['scanspan.lectures.fills.flood_fill']
+    ['scanspan.lectures.fills.flood_fill', 'scanspan.lectures.fills.demonstrate_leak']
     """
     table = SLIPS if is_slip else PORTS
     found = [entry for entry in table if entry.number == number]

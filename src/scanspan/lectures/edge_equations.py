@@ -182,7 +182,8 @@ def accumulate(start: float, step: float, count: int) -> Float64Array:
     """Return start, start + step, ... as a loop has them that adds, rounding at each step."""
     steps = np.full(count, step, np.float64)
     steps[0] = start
-    return np.add.accumulate(steps)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.add.accumulate(steps)
 
 
 class SmoothTriangle(FlatTriangle):
@@ -245,5 +246,6 @@ class SmoothTriangle(FlatTriangle):
         starts = [plane[2] + rounding for plane in planes]
         for y, columns in self.rows(raster):
             values = np.stack([accumulate(start, plane[0], count) for start, plane in zip(starts, planes, strict=True)], axis=1)
-            raster.write_row(y, columns, values[columns - x_min].astype(np.int64) & 255)
+            with np.errstate(invalid="ignore"):
+                raster.write_row(y, columns, values[columns - x_min].astype(np.int64) & 255)
             starts = [start + plane[1] for start, plane in zip(starts, planes, strict=True)]

@@ -30,6 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from scanspan.assets.rings import as_points
 from scanspan.canvas import Canvas
 from scanspan.errors import unknown_name
 from scanspan.masks import coverage
@@ -238,14 +239,20 @@ def parity_fill(
     counts_each : whether two edges between two pixels count as two. The slide adds one.
     in_box : whether only pixels of the polygon's box are tested; S2, lines 365-368.
 
+    Raises
+    ------
+    InputError : for points that are not finite, and an unknown name.
+
     Examples
     --------
-    >>> parity_fill([(0, 0), (3, 0), (0, 3)], (3, 3), crossing="half-open").inside.astype(int).tolist()
-    [[1, 1, 1], [1, 1, 0], [1, 0, 0]]
+    >>> parity_fill([(0, 0), (3, 0), (0, 3)], (3, 3), crossing="half-open", counts_each=True).inside.astype(int).tolist()
+    [[1, 1, 0], [1, 0, 0], [0, 0, 0]]
     """
     if crossing not in CROSSINGS:
         raise unknown_name("crossing", crossing, CROSSINGS)
-    ring = [(Fraction(x), Fraction(y)) for x, y in points]
+    ring = [(Fraction(x), Fraction(y)) for x, y in as_points(points, (2,), "points").tolist()]
+    if not ring:
+        return Parity(np.zeros(size[::-1], bool), 0)
     width, height = size
     inside, tested = np.zeros((height, width), bool), 0
     first_x, end_x, first_y, end_y = box_of(points, size) if in_box else (0, width, 0, height)

@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.errors import unknown_name
+from scanspan.homogeneous import finite_array
 from scanspan.lectures.raster import at_centres
 from scanspan.pipeline import rasterize
 from scanspan.records import Float64Array, Int32Array
@@ -93,7 +94,8 @@ def edge_table(facets: Sequence[Facet], height: int, rule: str) -> list[list[Edg
     """Return the edges by the row in which they begin, sorted by x; S3, lines 128-166."""
     table: list[list[EdgeRec]] = [[] for _ in range(height)]
     for number, facet in enumerate(facets):
-        corners = [tuple(Fraction(value) for value in corner) for corner in facet]
+        checked = finite_array(f"facets[{number}]", facet, (None, 4)).tolist()
+        corners = [tuple(Fraction(value) for value in corner) for corner in checked]
         for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
             low, high = (a, b) if a[1] <= b[1] else (b, a)
             if low[1] == high[1]:
@@ -188,6 +190,10 @@ def sweep_up(
     size : (width, height).
     rule : "as printed" or "canonical".
     visibility : "evaluate", "one-row buffer" or "active span list".
+
+    Raises
+    ------
+    InputError : for corners that are not four finite numbers, and an unknown name.
 
     Examples
     --------

@@ -23,7 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.errors import unknown_name
+from scanspan.errors import InputError, unknown_name
+from scanspan.geometry.fixed_point import MAX_COORDINATE
+from scanspan.homogeneous import finite_array
 from scanspan.lectures.compare import shipped_hits, shuffled_mesh
 from scanspan.pipeline import count
 from scanspan.raster.options import OffscreenPoint
@@ -80,6 +82,10 @@ def rule_hits(triangles: Float64Array, size: tuple[int, int], rule: str, point: 
     rule : one of RULES.
     point : off the screen, for "same side".
 
+    Raises
+    ------
+    InputError : for coordinates that are not whole numbers within 2^24 pixels, and an unknown rule.
+
     Examples
     --------
     >>> square = np.array([[(0, 0), (2, 0), (0, 2)], [(2, 0), (2, 2), (0, 2)]])
@@ -88,8 +94,11 @@ def rule_hits(triangles: Float64Array, size: tuple[int, int], rule: str, point: 
     """
     if rule not in RULES:
         raise unknown_name("rule", rule, RULES)
+    checked = finite_array("triangles", triangles, (None, 3, 2))
+    if (checked != np.rint(checked)).any() or (np.abs(checked) > MAX_COORDINATE).any():
+        raise InputError(f"triangles: expected whole coordinates within {MAX_COORDINATE} pixels")
     hits = np.zeros((size[1], size[0]), np.int32)
-    for corners in np.asarray(triangles).astype(np.int64):
+    for corners in checked.astype(np.int64):
         low, high = np.maximum(corners.min(axis=0), 0), np.minimum(corners.max(axis=0) + 1, size)
         lines = edges_of(corners)
         if (low >= high).any() or lines[:, 2].sum() == 0:

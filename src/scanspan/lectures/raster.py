@@ -17,11 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scanspan.errors import InputError
+from scanspan.errors import InputError, LimitError
 from scanspan.records import BoolArray, Float64Array, Int32Array, Int64Array, UInt8Array
 
 Color = tuple[int, int, int, int]  # red, green, blue, alpha, 0 to 255
 UNSET: Color = (0, 0, 0, 0)
+MAX_PIXELS = 1 << 24  # the programs are for study, and slow
 
 
 class Vertex(NamedTuple):
@@ -54,7 +55,7 @@ class Raster:
 
     Raises
     ------
-    InputError : for a size below one pixel.
+    InputError : for a size below one pixel, or of more than 2^24 pixels.
 
     Examples
     --------
@@ -67,6 +68,8 @@ class Raster:
     def __init__(self, width: int, height: int) -> None:
         if width < 1 or height < 1:
             raise InputError(f"a raster of {width} x {height}: expected at least one pixel each way")
+        if width * height > MAX_PIXELS:
+            raise LimitError(f"a raster of {width} x {height}: the limit is {MAX_PIXELS} pixels in all")
         self.width, self.height = width, height
         self.rgba: UInt8Array = np.zeros((height, width, 4), np.uint8)
         self.hits: Int32Array = np.zeros((height, width), np.int32)

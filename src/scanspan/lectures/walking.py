@@ -22,7 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.errors import InputError, unknown_name
+from scanspan.errors import unknown_name
+from scanspan.homogeneous import finite_array
 from scanspan.lectures.compare import shipped_channel, shipped_hits
 from scanspan.lectures.raster import Raster
 from scanspan.records import Float64Array, Int32Array
@@ -57,9 +58,8 @@ class Walk(NamedTuple):
 
 def corners_of(points: Sequence[Sequence[float]], values: Sequence[float]) -> list[Corner]:
     """Return three points with three values as exact corners."""
-    if len(points) != 3 or len(values) != 3:
-        raise InputError(f"expected three points and three values, got {len(points)} and {len(values)}")
-    return [Corner(Fraction(x), Fraction(y), Fraction(value)) for (x, y), value in zip(points, values, strict=True)]
+    places, levels = finite_array("points", points, (3, 2)).tolist(), finite_array("values", values, (3,)).tolist()
+    return [Corner(Fraction(x), Fraction(y), Fraction(value)) for (x, y), value in zip(places, levels, strict=True)]
 
 
 def along(start: Corner, end: Corner, y: int, is_offset: bool) -> tuple[Fraction, Fraction]:
@@ -84,6 +84,10 @@ def walk(
     points, values : three corners (x, y), and a value at each.
     ends : "ceiling-floor", as S4 says in its line 137, or "ceiling-ceiling", which leaves out the far end; of rows and spans.
     is_offset : whether values start at the first scan line instead of at the corner.
+
+    Raises
+    ------
+    InputError : for anything but three finite points and three finite values, and an unknown name.
 
     Examples
     --------
