@@ -32,16 +32,17 @@ def shipped_channel(points: ArrayLike, values: ArrayLike, size: tuple[int, int],
 
 
 def shuffled_mesh(seed: int, columns: int, rows: int, cell: int) -> Float64Array:
-    """Return the triangles (N, 3, 2) of a lattice whose inner vertices are moved to other whole coordinates at random.
+    """Return the triangles (N, 3, 2) of a lattice whose inner vertices are scattered over other whole coordinates.
 
-    It covers the rectangle from (0, 0) to (columns cell, rows cell) without gap or overlap: no vertex moves by more than a
-    third of a cell along both axes together, so no triangle is turned over.
+    It covers the rectangle from (0, 0) to (columns cell, rows cell) without gap or overlap: no vertex moves by more than
+    a sixth of a cell along an axis, so no triangle is turned over.
     """
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.arange(columns + 1) * cell, np.arange(rows + 1) * cell)
-    reach = cell // 3
-    x[1:-1, 1:-1] += rng.integers(-reach, reach + 1, (rows - 1, columns - 1)) // 2
-    y[1:-1, 1:-1] += rng.integers(-reach, reach + 1, (rows - 1, columns - 1)) // 2
+    i, j = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1))
+    x, y, reach = i * cell, j * cell, cell // 6
+    inner = np.s_[1:-1, 1:-1]
+    for place, salt in ((x, 1 + 2 * seed), (y, 2 + 2 * seed)):
+        scattered = (i * 7919 + j * 104_729 + salt * 1_299_709) ** 2 // 64
+        place[inner] += (scattered % (2 * reach + 1) - reach)[inner]
     points = np.stack([x, y], axis=2).astype(np.float64)
     a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, :-1], points[1:, 1:]
     cut = (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 0)[..., None, None]

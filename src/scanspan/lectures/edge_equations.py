@@ -13,6 +13,7 @@ Known faults, each with numbers in `edge_faults`:
 - The drawing method of the smooth triangle is a copy of the flat one's: it interpolates nothing.
 - PlaneEqn does not round and does not clamp; a constant of 255 comes out as 254 here and there.
 - The scale is remembered when the corners move. Alpha is dropped from the average colour.
+- Colours are compared with ==, which in C# asks whether they are one object; here, whether they are equal.
 - Drawing multiplies yMin and yMax in place; PlaneEqn must come before that.
 
 Not faults, though they look it: `flip` leaves the flag alone, because it tells of the corners as they were given; and the order

@@ -4,6 +4,8 @@ S0 keeps four bytes a pixel, red first; S4 one 32-bit number, alpha in its upper
 made from them. Beside the pixels stand two things that no slide has and every demonstration needs: how often each pixel was
 written, and how many samples were tested.
 
+Row 0 is at the bottom in S0, which hands the rows to glDrawPixels, and at the top in S4; no program here knows.
+
 Both lectures sample at whole coordinates: pixel (i, j) stands for the point (i, j), where the rest of this library takes
 (i + 1/2, j + 1/2). `at_centres` moves a shape from the one to the other.
 
