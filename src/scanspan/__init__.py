@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from scanspan import color as color
     from scanspan import homogeneous as homogeneous
+    from scanspan import lectures as lectures
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
     from scanspan.assets.load import load as load
@@ -72,9 +73,9 @@ _HOMES = {
     "Texture": "assets.material",
     "Visibility": "target.visibility",
     "aggregate": "aggregates",
+    "blocks": "masks",
     "colorize": "shade.colormap",
     "count": "pipeline",
-    "blocks": "masks",
     "coverage": "masks",
     "dice": "geometry.dice",
     "explain": "view.explain",
@@ -88,7 +89,7 @@ _HOMES = {
 }
 
 # Modules that are public as a whole, such as `scanspan.color`.
-_MODULES = ("color", "homogeneous")
+_MODULES = ("color", "homogeneous", "lectures")
 
 __all__ = [*_HOMES, *_MODULES, "__version__"]
 
