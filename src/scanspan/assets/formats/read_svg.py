@@ -1,7 +1,7 @@
 """SVG: shapes, paths, groups, transforms, units and styles, as svgelements reads them; here they become paths of cubics.
 
-What is not drawn is noted, once each: text, pictures, gradients and patterns, masks, filters and markers. Nothing outside of the
-file is ever opened. The opacity of a group goes to its members one by one; of groups in each other, the innermost counts.
+What is not drawn is noted, once each: text, pictures, gradients and patterns, masks, filters and markers. Nothing outside of
+the file is ever opened. The opacity of a group goes to its members one by one; of groups in each other, the innermost counts.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from scanspan.records import Float64Array
 
 MAX_ELEMENTS = 1_000_000
 PIXELS_PER_INCH = 96.0
+CURVES = (svgelements.CubicBezier, svgelements.QuadraticBezier, svgelements.Arc)
 NOT_DRAWN = {
     "text": "text", "image": "pictures", "mask": "masks", "filter": "filters", "marker": "markers", "pattern": "patterns",
     "foreignObject": "foreign objects",
@@ -78,9 +79,7 @@ def to_paths(path: Any, file: ModelFile) -> Iterator[Path]:
         if segment.start is not None and segment.end is not None:
             for points in to_cubics(segment):
                 curves.append(points)
-                straight.append(
-                    not isinstance(segment, (svgelements.CubicBezier, svgelements.QuadraticBezier, svgelements.Arc))
-                )
+                straight.append(not isinstance(segment, CURVES))
         if is_end and curves:
             yield make_path(curves, straight, True, file)
             curves, straight = [], []
@@ -108,10 +107,9 @@ def to_cubics(segment: Any) -> Iterator[list[tuple[float, float]]]:
 def make_path(curves: list[list[tuple[float, float]]], straight: list[bool], is_closed: bool, file: ModelFile) -> Path:
     """Return a path; refuse coordinates that are no numbers."""
     array: Float64Array = np.array(curves, np.float64)
-    if not np.isfinite(array).all():
-        raise file.error(
-            f"a path has the coordinates {array[~np.isfinite(array).all(axis=(1, 2))][0].tolist()}, expected numbers"
-        )
+    is_good = np.isfinite(array).all(axis=(1, 2))
+    if not is_good.all():
+        raise file.error(f"a path has the coordinates {array[~is_good][0].tolist()}, expected numbers")
     return Path(array, np.array(straight), is_closed)
 
 
