@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scanspan.assets.shapes import Points as Points
     from scanspan.assets.shapes import Segments as Segments
     from scanspan.canvas import Canvas as Canvas
+    from scanspan.drawings import draw as draw
     from scanspan.errors import FormatError as FormatError
     from scanspan.errors import InputError as InputError
     from scanspan.errors import LimitError as LimitError
@@ -78,6 +79,7 @@ _HOMES = {
     "count": "pipeline",
     "coverage": "masks",
     "dice": "geometry.dice",
+    "draw": "drawings",
     "explain": "view.explain",
     "interpolate": "pipeline",
     "load": "assets.load",
