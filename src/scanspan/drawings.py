@@ -6,21 +6,23 @@ import os
 
 import numpy as np
 
-from scanspan.assets.drawing import Drawing, Shape, Style, flatten, load_drawing
+from scanspan.assets.drawing import Drawing, Shape, Style, bounds_of_shapes, flatten, load_drawing
 from scanspan.assets.lens import check_size
 from scanspan.canvas import Canvas
-from scanspan.errors import InputError
+from scanspan.errors import InputError, unknown_name
 from scanspan.raster.options import check_flag
 from scanspan.records import Float64Array
 from scanspan.shade.color import parse_color
 
 LONGER_SIDE = 1280  # pixels of a drawing that names no size
+FITS = ("page", "content")
 MARGIN = 0.02  # of the shorter side, round a map
 
 
 def draw(
     drawing: Drawing | str | os.PathLike[str], size: tuple[int, int] | None = None, *, background: object = "white",
     antialias: bool = True, fill: object = None, stroke: object = None, stroke_width: float | None = None,
+    fit: str = "page",
 ) -> Canvas:  # fmt: skip
     """Paint a drawing: an SVG file, a map in GeoJSON or TopoJSON, or a list of rings in JSON.
 
@@ -32,6 +34,7 @@ def draw(
     antialias : whether pixels are blended by the share of them that is covered; else those are painted whose centre is.
     fill, stroke : colours in the place of those of the file, also "none"; a shape without a fill or a stroke gets none.
     stroke_width : pixels, in the place of the widths of the file.
+    fit : "page", what the file says is its page, or "content", the box of all that is in it.
 
     Returns
     -------
@@ -45,11 +48,15 @@ def draw(
     smooth = check_flag("antialias", antialias)
     if stroke_width is not None and not (isinstance(stroke_width, (int, float)) and 0 <= stroke_width <= 1 << 16):
         raise InputError(f"stroke_width = {stroke_width!r}: must be a number of pixels from 0 to {1 << 16}")
+    if fit not in FITS:
+        raise unknown_name("fit", fit, FITS)
+    if fit == "content":
+        opened = opened._replace(bounds=bounds_of_shapes(opened.shapes) or opened.bounds, size=None)
     inside, outside = parse_paint(fill), parse_paint(stroke)
     extent = check_size(size) if size is not None else natural_size(opened)
-    scale, offset = fit(opened, extent)
+    scale, offset = lay_out(opened, extent)
     canvas = Canvas(*extent, background)
-    thickness = float(abs(scale[0])) if opened.size is not None else 1.0
+    thickness = 1.0 if opened.is_upward else float(abs(scale[0]))
     shapes = []
     for shape in opened.shapes:
         style = shape.style._replace(width=shape.style.width * thickness if stroke_width is None else float(stroke_width))
@@ -83,7 +90,7 @@ def paint_strokes(canvas: Canvas, shape: Shape, rings: list[Float64Array], style
     for path, points in zip(shape.paths, rings, strict=True):
         canvas.polyline(
             points, style.stroke, closed=path.is_closed, width=style.width, cap=style.cap, join=style.join,
-            miter_limit=style.miter_limit, dash=style.dash, dash_offset=style.dash_offset, antialias=smooth,
+            miter_limit=style.miter_limit, dash=style.dash or None, dash_offset=style.dash_offset, antialias=smooth,
         )  # fmt: skip
 
 
@@ -104,7 +111,7 @@ def natural_size(drawing: Drawing) -> tuple[int, int]:
     return max(1, round(width)), max(1, round(height))
 
 
-def fit(drawing: Drawing, size: tuple[int, int]) -> tuple[Float64Array, Float64Array]:
+def lay_out(drawing: Drawing, size: tuple[int, int]) -> tuple[Float64Array, Float64Array]:
     """Return scale and offset, (2,) each, that lay the bounds of a drawing into the middle of a picture."""
     left, low, right, high = drawing.bounds
     margin = MARGIN * min(size) if drawing.size is None else 0.0

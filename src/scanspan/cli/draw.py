@@ -27,6 +27,7 @@ MaxBytes = Annotated[int, typer.Option(metavar="N", min=1, help="Refuse larger f
 Fill = Annotated[str | None, typer.Option(metavar="COLOR", help="Fill what is filled with this; none for nothing.")]
 Stroke = Annotated[str | None, typer.Option(metavar="COLOR", help="Draw the lines in this; none for nothing.")]
 StrokeWidth = Annotated[float | None, typer.Option(metavar="PX", min=0, help="The width of all lines in pixels.")]
+Fit = Annotated[str, typer.Option("--fit", metavar="NAME", help="page, what the file says; or content, all that is in it.")]
 FileType = Annotated[str | None, typer.Option("--file-type", metavar="TYPE", help="svg, geojson, topojson or json.")]
 
 
@@ -41,6 +42,7 @@ def draw(
     fill: Fill = None,
     stroke: Stroke = None,
     stroke_width: StrokeWidth = None,
+    fit: Fit = "page",
     file_type: FileType = None,
     max_bytes: MaxBytes = 1 << 28,
     verbose: options.Verbose = False,
@@ -72,8 +74,9 @@ def draw(
         kind = "png" if target == "-" else image_format(target)
         background = "transparent" if no_background else background_color
         canvas = faces.draw(
-            opened, extent, background=background, antialias=antialias, fill=fill, stroke=stroke, stroke_width=stroke_width
-        )
+            opened, extent, background=background, antialias=antialias, fill=fill, stroke=stroke, stroke_width=stroke_width,
+            fit=fit,
+        )  # fmt: skip
         encoded = encode_image(canvas.pixels, kind)
         if target != "-":
             write_bytes(target, encoded)

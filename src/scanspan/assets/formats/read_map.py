@@ -97,7 +97,7 @@ def join_arcs(numbers: list[int], arcs: list[Float64Array]) -> Float64Array:
 
 def shapes_of(item: Any, properties: dict[str, Any], arcs: list[Float64Array] | None, file: ModelFile) -> Iterator[Shape]:
     """Return the shapes of a feature or geometry and of all within it, in order."""
-    stack = [(item, properties)]
+    stack: list[tuple[Any, dict[str, Any]]] = [(item, properties)]
     while stack:
         found, given = stack.pop()
         if found is None:
@@ -105,7 +105,7 @@ def shapes_of(item: Any, properties: dict[str, Any], arcs: list[Float64Array] | 
         if not isinstance(found, dict):
             raise file.error(f"expected a geometry, got {str(found)[:40]!r}")
         kind = found.get("type")
-        own = found.get("properties") if isinstance(found.get("properties"), dict) else given
+        own: dict[str, Any] = found["properties"] if isinstance(found.get("properties"), dict) else given
         if kind == "FeatureCollection":
             stack.extend((part, own) for part in reversed(found.get("features") or []))
         elif kind == "GeometryCollection":
@@ -113,7 +113,7 @@ def shapes_of(item: Any, properties: dict[str, Any], arcs: list[Float64Array] | 
         elif kind == "Feature":
             stack.append((found.get("geometry"), own))
         elif kind in GEOMETRIES:
-            shape = shape_of(found, kind, own or {}, arcs, file)
+            shape = shape_of(found, kind, own, arcs, file)
             if shape.paths or len(shape.points):
                 yield shape
         elif kind is not None:
