@@ -151,6 +151,21 @@ def test_neighbours_in_a_topology_have_the_same_points(tmp_path: Path) -> None:
     assert right.tolist() == [[12, 20], [14, 20], [14, 22], [12, 22]]
 
 
+def test_a_ring_over_the_date_line_lies_on_both_sides(tmp_path: Path) -> None:
+    ring = [[170, 10], [-170, 10], [-170, 20], [170, 20], [170, 10]]
+    world = {"type": "Polygon", "coordinates": [[[-180, -90], [180, -90], [180, 90], [-180, 90]]]}
+    found = maps(tmp_path, {"type": "GeometryCollection", "geometries": [world, {"type": "Polygon", "coordinates": [ring]}]})
+    copies = [flatten(path, ONE, ZERO) for path in found.shapes[1].paths]
+    assert found.bounds == (-180, -90, 180, 90)
+    assert [copy.tolist() for copy in copies] == [
+        [[-190, 10], [-170, 10], [-170, 20], [-190, 20]], [[170, 10], [190, 10], [190, 20], [170, 20]],
+    ]  # fmt: skip
+    pole = [[-180, -80], [-60, -70], [60, -70], [180, -80], [-180, -80]]
+    assert len(maps(tmp_path, {"type": "Polygon", "coordinates": [pole]}).shapes[0].paths) == 1
+    line = maps(tmp_path, {"type": "LineString", "coordinates": [[170, 0], [-175, 5]]}).shapes[0]
+    assert [flatten(path, ONE, ZERO).tolist() for path in line.paths] == [[[-190, 0], [-175, 5]], [[170, 0], [185, 5]]]
+
+
 def test_plain_rings_are_one_shape_with_holes(tmp_path: Path) -> None:
     for content in (SQUARE, [SQUARE, [[1, 1], [2, 1], [2, 2]]]):
         drawing = maps(tmp_path, content)

@@ -51,8 +51,12 @@ def read_map(file: ModelFile) -> Drawing:
         shapes = tuple(shapes_of(content, {}, None, file))
     else:
         raise file.error(f"expected GeoJSON, TopoJSON or a list of rings, got type = {kind!r}")
-    bounds = bounds_of_shapes(shapes) or (0.0, 0.0, 1.0, 1.0)
-    return Drawing(shapes, bounds, None, is_upward=True, is_tiling=kind == "Topology", notes=tuple(file.notes))
+    left, low, right, high = bounds_of_shapes(shapes) or (0.0, 0.0, 1.0, 1.0)
+    if right - left > 360 and left >= -540 and right <= 540 and max(abs(low), abs(high)) <= 90:
+        left, right = -180.0, 180.0
+    return Drawing(
+        shapes, (left, low, right, high), None, is_upward=True, is_tiling=kind == "Topology", notes=tuple(file.notes)
+    )
 
 
 def read_rings(content: list[Any], file: ModelFile) -> Drawing:
@@ -147,9 +151,29 @@ def shape_of(
         parts = [inner for part in parts for inner in part]
     parts = [parts] if depth == 0 else parts
     is_filled = kind.endswith("Polygon")
-    paths = [to_path(line(part), is_filled) for part in parts]
+    paths = [to_path(copy, is_filled) for part in parts for copy in unroll(line(part))]
     style = style_of(properties, "stroke", LAND if is_filled else None, file)
     return Shape(tuple(path for path in paths if len(path.curves)), np.empty((0, 2)), style)
+
+
+def unroll(points: Float64Array) -> list[Float64Array]:
+    """Return a line or a ring of longitudes and latitudes without its jumps over the date line, once for each side of it.
+
+    What lies beyond 180 degrees lies beyond the map's border, and its copy 360 degrees away within. One round a pole stays as
+    it is, and so does one round the whole map.
+    """
+    jumps = np.diff(points[:, 0])
+    is_jump = np.abs(jumps) > 180
+    if not is_jump.any() or np.abs(points[:, 0]).max() > 180 or np.abs(points[:, 1]).max() > 90:
+        return [points]
+    turns = np.cumsum([0, *np.where(is_jump, -np.sign(jumps), 0)])
+    if turns[-1] != 0 and (points[0] == points[-1]).all():
+        return [points]
+    whole = points + np.stack([360 * turns, np.zeros(len(points))], axis=1)
+    if np.ptp(whole[:, 0]) == 0:
+        return [points]
+    copies = [whole + np.array([shift, 0.0]) for shift in (-360.0, 0.0, 360.0)]
+    return [copy for copy in copies if copy[:, 0].max() > -180 and copy[:, 0].min() < 180]
 
 
 def to_path(points: Float64Array, is_ring: bool) -> Path:
