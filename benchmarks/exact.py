@@ -27,6 +27,7 @@ HALF = GRID // 2
 SUBROWS = 64
 EVERY = 8  # rows of pixels, of which one is compared where shares are
 BLOCK = 1 << 22  # pixels or crossings at a time
+BAND = 64  # rows that are compared at a time
 
 # How far a value may be off, by the kind of a scene: of 255 for colours, of 1 for shares.
 TOLERANCES = {"shaded": 2.0, "smooth lines": 16.0, "smooth polygon": 8.0, "measure": 8.0}
@@ -62,7 +63,7 @@ def _sub_pixels(points: NDArray[Any]) -> Integers:
     return np.rint(np.asarray(points, np.float64) * GRID).astype(np.int64)
 
 
-def _owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
+def owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
     """Return the last triangle that holds each pixel, or -1."""
     (width, height), corners = size, _sub_pixels(vertices)
     owner, box = np.full(width * height, -1, dtype=np.int64), np.ptp(corners, axis=1) // GRID + 1
@@ -79,7 +80,7 @@ def _owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
     return owner.reshape(height, width)
 
 
-def _ring_edges(points: NDArray[Any], starts: Integers) -> tuple[Integers, Integers]:
+def ring_edges(points: NDArray[Any], starts: Integers) -> tuple[Integers, Integers]:
     """Return the ends of the edges of rings, in sub-pixels."""
     begin = _sub_pixels(points)
     following = np.arange(1, len(begin) + 1)
@@ -88,11 +89,11 @@ def _ring_edges(points: NDArray[Any], starts: Integers) -> tuple[Integers, Integ
 
 
 def _is_inside(winding: NDArray[Any], fill_rule: str) -> NDArray[np.bool_]:
-    inside: NDArray[np.bool_] = winding % 2 != 0 if fill_rule == "even-odd" else winding != 0
-    return inside
+    held: NDArray[np.bool_] = winding % 2 != 0 if fill_rule == "even-odd" else winding != 0
+    return held
 
 
-def _inside(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: str) -> NDArray[np.bool_]:
+def inside(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: str) -> NDArray[np.bool_]:
     """Return which pixels a polygon holds."""
     width, height = size
     edge, row, column = _crossings(begin, end)
@@ -102,7 +103,7 @@ def _inside(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: st
     return _is_inside(np.cumsum(changes, axis=1, dtype=np.float32)[:, :width].astype(np.int32), fill_rule)
 
 
-def _areas(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: str | None) -> NDArray[np.float32]:
+def areas(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: str | None) -> NDArray[np.float32]:
     """Return the share of each pixel that a polygon holds, or the sum over rings for no rule; NaN where it is not known."""
     width, height = size
     shares = np.full((height, width), np.nan, dtype=np.float32)
@@ -119,8 +120,8 @@ def _areas(begin: Integers, end: Integers, size: tuple[int, int], fill_rule: str
         # Windings of one line add up to none, so one sum serves all lines.
         if fill_rule is not None:
             order = np.lexsort((x, line))
-            x, inside = x[order], _is_inside(np.cumsum(change[order]), fill_rule).astype(np.int64)
-            change = np.diff(inside, prepend=0)
+            x, held = x[order], _is_inside(np.cumsum(change[order]), fill_rule).astype(np.int64)
+            change = np.diff(held, prepend=0)
         column = np.floor(x).astype(np.int64)
         places = np.clip(np.concatenate([column, column + 1]), 0, width)
         rest = x - column
@@ -165,7 +166,7 @@ def _smooth_lines(scene: LineScene) -> NDArray[np.uint8]:
     return np.rint(picture).astype(np.uint8)
 
 
-def _flooded(image: NDArray[np.uint8], seed: tuple[int, int]) -> NDArray[np.bool_]:
+def flooded(image: NDArray[np.uint8], seed: tuple[int, int]) -> NDArray[np.bool_]:
     """Return the pixels that are joined to a seed by sides and have its value, by filling whole runs of rows and columns."""
     alike = image == image[seed[1], seed[0]]
     filled, before = np.zeros(image.shape, dtype=bool), 0
@@ -190,8 +191,8 @@ def _painted(scene: FlatScene, owner: Integers) -> NDArray[np.uint8]:
 
     # Weigh the colours of the corners by the areas of the triangles on the other side of the centre.
     sides = scene.vertices.astype(np.float64)[number] - (np.stack([column, row], axis=1)[:, None] + 0.5)
-    following, last = np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1)
-    weights = following[..., 0] * last[..., 1] - following[..., 1] * last[..., 0]
+    after, last = np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1)
+    weights = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
     weights /= weights.sum(axis=1, keepdims=True)
     colors = (weights[..., None] * scene.colors[number, :, :3]).sum(axis=1)
     picture[row, column] = np.rint(colors).astype(np.uint8)
@@ -199,11 +200,11 @@ def _painted(scene: FlatScene, owner: Integers) -> NDArray[np.uint8]:
 
 
 def _polygon_answer(scene: PolygonScene) -> Answer:
-    edges = _ring_edges(scene.ring, np.array([0, scene.count]))
+    edges = ring_edges(scene.ring, np.array([0, scene.count]))
     if scene.kind == "polygon":
-        inside = _inside(*edges, scene.size, scene.fill_rule)
-        return {"mask": [inside], "colors": [np.repeat(inside[..., None] * np.uint8(255), 3, axis=2)]}
-    shares = _areas(*edges, scene.size, scene.fill_rule)
+        held = inside(*edges, scene.size, scene.fill_rule)
+        return {"mask": [held], "colors": [np.repeat(held[..., None] * np.uint8(255), 3, axis=2)]}
+    shares = areas(*edges, scene.size, scene.fill_rule)
     return {"areas": [shares], "colors": [np.repeat(255 * shares[..., None], 3, axis=2)]}
 
 
@@ -212,16 +213,16 @@ def _burnt(scene: RingsScene) -> Integers:
     burnt = np.zeros(scene.size[::-1], dtype=np.int64)
     for number, ring in enumerate(scene.rings, 1):
         low, high = np.floor(ring.min(axis=0)).astype(int), np.ceil(ring.max(axis=0)).astype(int)
-        edges = _ring_edges(ring - low, np.array([0, len(ring)]))
+        edges = ring_edges(ring - low, np.array([0, len(ring)]))
         patch = burnt[low[1] : high[1], low[0] : high[0]]
-        patch[_inside(*edges, (int(high[0] - low[0]), int(high[1] - low[1])), "even-odd")] = number
+        patch[inside(*edges, (int(high[0] - low[0]), int(high[1] - low[1])), "even-odd")] = number
     return burnt
 
 
 def answer(scene: Any) -> Answer:
     """Return what is right for a scene, for every form that an output may have; nothing for meshes."""
     if isinstance(scene, FlatScene):
-        return {"colors": [_painted(scene, _owners(scene.vertices, scene.size))]}
+        return {"colors": [_painted(scene, owners(scene.vertices, scene.size))]}
     if isinstance(scene, LineScene):
         if scene.kind == "smooth lines":
             return {"colors": [_smooth_lines(scene)]}
@@ -234,11 +235,11 @@ def answer(scene: Any) -> Answer:
         counts = np.bincount(scene.y.astype(np.int64) * width + scene.x.astype(np.int64), minlength=width * height)
         return {"counts": [counts.reshape(height, width)]}
     if isinstance(scene, FloodScene):
-        return {"mask": [_flooded(scene.image, scene.seed)]}
+        return {"mask": [flooded(scene.image, scene.seed)]}
     if isinstance(scene, RingsScene) and scene.kind == "burn":
         return {"ids": [_burnt(scene)]}
     if isinstance(scene, RingsScene) and scene.kind == "measure":
-        return {"areas": [_areas(*_ring_edges(scene.points, scene.starts), scene.size, None)]}
+        return {"areas": [areas(*ring_edges(scene.points, scene.starts), scene.size, None)]}
     return {"triangles": [np.array(scene.area)]} if isinstance(scene, RingsScene) else {}
 
 
@@ -256,9 +257,11 @@ def judge(scene: Any, gives: str, result: NDArray[Any], right: Answer) -> tuple[
         return covered, None
 
     # A pixel is right if it is that of any of the right pictures; one that has not been worked out is left alone.
-    allowed = TOLERANCES.get(scene.kind, 0.0) / (255 if gives == "areas" else 1)
-    wrong = np.ones(result.shape[:2], dtype=bool)
-    for expected in right[gives]:
-        off = np.abs(result - expected.astype(np.float64)) > allowed
-        wrong &= off.any(axis=-1) if gives == "colors" else off
-    return covered, int(wrong.sum())
+    allowed, wrong = TOLERANCES.get(scene.kind, 0.0) / (255 if gives == "areas" else 1), 0
+    for row in range(0, len(result), BAND):
+        band = np.ones(result[row : row + BAND].shape[:2], dtype=bool)
+        for expected in right[gives]:
+            off = np.abs(result[row : row + BAND] - expected[row : row + BAND].astype(np.float64)) > allowed
+            band &= off.any(axis=-1) if gives == "colors" else off
+        wrong += int(band.sum())
+    return covered, wrong

@@ -104,7 +104,7 @@ def _row(peer: str, about: About, timings: dict[str, Timings], medians: dict[str
         median_and_range(times.wall),
         seconds(statistics.median(times.convert)),
         "" if filled else f"{about.count / own / 1e6:.3g}",
-        "" if filled else f"{about.area / own / 1e6:.4g}",
+        "" if filled or about.kind == "triangulation" else f"{about.area / own / 1e6:.4g}",
         "" if filled else f"{times.covered:,}",
         "" if filled else "-" if times.wrong is None else f"{times.wrong:,}",
         ratio(own, medians[base]) if base else "-",
