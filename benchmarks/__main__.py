@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import exact, plane_scenes, registry, report
-from benchmarks.entry import MissingError
+from benchmarks.entry import Entry, MissingError
 
 ROOT = Path(__file__).resolve().parent.parent
 SHORTEST = 0.02  # Seconds; a call that is shorter is repeated until it takes this long, because clocks tick coarsely.
@@ -53,10 +53,8 @@ def environment(core: int | None) -> dict[str, str]:
     return {**os.environ, **single, **pinned, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
 
 
-def _judge(peer: str, scene: Any, path: str) -> dict[str, Any]:
+def _judge(entry: Entry, scene: Any, path: str) -> dict[str, Any]:
     """Draw what is compared with the exact picture, and return how it compares."""
-    part = plane_scenes.checked_part(scene)
-    entry = registry.PEERS[peer].make(part)
     entry.convert()
     result = entry.result(entry.draw())
     right: exact.Answer = {}
@@ -64,7 +62,7 @@ def _judge(peer: str, scene: Any, path: str) -> dict[str, Any]:
         for name in stored.files:
             if name.partition("-")[0] == entry.gives:
                 right.setdefault(entry.gives, []).append(stored[name])
-    covered, wrong = exact.judge(part, entry.gives, result, right)
+    covered, wrong = exact.judge(scene, entry.gives, result, right)
     return {"gives": entry.gives, "covered": covered, "wrong": wrong}
 
 
@@ -75,27 +73,36 @@ def work(peer: str, scene_name: str, scale: float, path: str) -> None:
         os.sched_setaffinity(0, {int(core)})
     scene = registry.make_scene(scene_name, scale)
     try:
-        judged = {"gives": "a constant"} if peer == registry.FILL else _judge(peer, scene, path)
         entry = registry.PEERS[peer].make(scene)
+        part = plane_scenes.checked_part(scene)
+        drawn = entry if part is scene else registry.PEERS[peer].make(part)
     except MissingError as missing:
         print(json.dumps({"absent": str(missing)}), flush=True)
         return
 
-    # Warm up: compile, touch the memory, and see how often a call fits into the shortest time.
-    entry.convert()
-    entry.draw()
-    started = time.perf_counter()
-    entry.draw()
-    calls = max(1, min(10_000, math.ceil(SHORTEST / max(1e-7, time.perf_counter() - started))))
+    # What is judged warms up, too: it compiles, and touches the memory.
+    if peer == registry.FILL:
+        entry.draw()
+    judged = {"gives": entry.gives} if peer == registry.FILL else _judge(drawn, part, path)
     print(json.dumps(judged), flush=True)
+    calls = 1
     for _ in sys.stdin:
         before_convert = time.process_time()
         entry.convert()
-        wall, cpu = time.perf_counter(), time.process_time()
-        for _ in range(calls):
-            entry.draw()
-        took = {"wall": (time.perf_counter() - wall) / calls, "cpu": (time.process_time() - cpu) / calls}
-        print(json.dumps({**took, "convert": cpu - before_convert}), flush=True)
+        converted = time.process_time() - before_convert
+        took = _time_calls(entry, calls)
+        if calls == 1 and took["wall"] < SHORTEST:
+            calls = min(10_000, math.ceil(SHORTEST / max(1e-7, took["wall"])))
+            took = _time_calls(entry, calls)
+        print(json.dumps({**took, "convert": converted}), flush=True)
+
+
+def _time_calls(entry: Entry, calls: int) -> dict[str, float]:
+    """Return the seconds that a call takes."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    for _ in range(calls):
+        entry.draw()
+    return {"wall": (time.perf_counter() - wall) / calls, "cpu": (time.process_time() - cpu) / calls}
 
 
 class Worker:
@@ -215,7 +222,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Race scanspan against other rasterizers.")
     parser.add_argument("--scenes", default=everything, help=f"some of {everything}, or one such as M1M alone (default: all)")
     parser.add_argument("--reps", type=int, default=5, help="repetitions, taken in turns (default: 5)")
-    parser.add_argument("--seconds", type=float, default=2.0, help="after which a peer sits out on a scene (default: 2)")
+    parser.add_argument("--seconds", type=float, default=1.0, help="after which a peer sits out on a scene (default: 1)")
     parser.add_argument("--scale", type=float, default=1.0, help="share of the triangles or such of a scene (default: 1)")
     parser.add_argument("-o", dest="output", type=Path, help="write the tables to this file as well")
     parser.add_argument("--worker", nargs=4, metavar=("PEER", "SCENE", "SCALE", "RIGHT"), help=argparse.SUPPRESS)

@@ -189,6 +189,24 @@ def zones_entry(scene: RingsScene) -> Entry:
     return Entry(nothing, lambda: (burn(rings),), first, "areas")
 
 
+def canvas_burn_entry(scene: RingsScene) -> Entry:
+    """Return `Canvas.polygons` with the number of the polygon as its colour."""
+    import scanspan
+
+    picture, rings = np.zeros((*scene.size[::-1], 4), dtype=np.uint8), scene.rings
+    canvas = scanspan.Canvas.from_array(picture, threads=1)
+    numbers = np.arange(1, len(rings) + 1, dtype="<u4")
+    colors = (numbers | np.uint32(255 << 24)).view(np.uint8).reshape(-1, 4)
+    attempt("Canvas.polygons", lambda: canvas.polygons(rings[:1], colors[:1]))
+
+    def draw() -> Arrays:
+        picture.fill(0)
+        canvas.polygons(rings, colors)
+        return (picture,)
+
+    return Entry(nothing, draw, lambda arrays: arrays[0].view("<u4")[..., 0] & 0xFFFFFF, "ids")
+
+
 def opencv_burn_entry(scene: RingsScene) -> Entry:
     """Return OpenCV's fillPoly, called for each polygon, with 8 sub-pixel bits."""
     cv2, picture = load_opencv(), np.zeros(scene.size[::-1], dtype=np.int32)
@@ -274,6 +292,7 @@ PEERS = {
     "mapbox-earcut": Peer(earcut_entry, CUT, "triangles; no crossings"),
     "shapely": Peer(shapely_entry, CUT, "constrained Delaunay triangles; no crossings"),
     "scanspan zones": Peer(zones_entry, BURN + MEASURE, "int32 numbers, or float64 sums of shares"),
+    "scanspan Canvas.polygons": Peer(canvas_burn_entry, BURN, "RGBA, here the number in 24 bits; painted in order"),
     "cv2.fillPoly, each": Peer(opencv_burn_entry, BURN, "int32; 8 sub-pixel bits, fills the outline too"),
     "Pillow polygon, each": Peer(pillow_burn_entry, BURN, "int32; whole pixels, fills the outline too"),
     "rasterio rasterize of many": Peer(rasterio_burn_entry, BURN, "int32; pixel centres"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,12 @@ def coverage_entry(scene: PolygonScene) -> Entry:
     import scanspan
 
     smooth = scene.kind == "smooth polygon"
+    options: Any = {"mode": "area" if smooth else "center", "fill_rule": scene.fill_rule}
+    if "threads" in inspect.signature(scanspan.coverage).parameters:
+        options["threads"] = 1
 
     def draw() -> Arrays:
-        return (scanspan.coverage(scene.ring, scene.size, mode="area" if smooth else "center", fill_rule=scene.fill_rule),)
+        return (scanspan.coverage(scene.ring, scene.size, **options),)
 
     return Entry(nothing, draw, first, "areas" if smooth else "mask")
 
