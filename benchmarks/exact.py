@@ -232,8 +232,8 @@ def answer(scene: Any) -> Answer:
         return _polygon_answer(scene)
     if isinstance(scene, PointScene):
         width, height = scene.size
-        counts = np.bincount(scene.y.astype(np.int64) * width + scene.x.astype(np.int64), minlength=width * height)
-        return {"counts": [counts.reshape(height, width)]}
+        number = scene.y.astype(np.int64) * width + scene.x.astype(np.int64)
+        return {"counts": [np.bincount(number, minlength=width * height).reshape(height, width)]}
     if isinstance(scene, FloodScene):
         return {"mask": [flooded(scene.image, scene.seed)]}
     if isinstance(scene, RingsScene) and scene.kind == "burn":

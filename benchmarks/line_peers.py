@@ -76,7 +76,7 @@ def wu_entry(scene: LineScene) -> Entry:
         canvas.lines(scene.segments, scene.colors, algorithm="wu")
         return (picture,)
 
-    return Entry(nothing, draw, first_colors, "colors")
+    return Entry(nothing, draw, first_colors, "Wu's lines")
 
 
 def aggregate_entry(scene: LineScene) -> Entry:

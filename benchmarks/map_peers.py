@@ -177,7 +177,8 @@ def zones_entry(scene: RingsScene) -> Entry:
     """Return `zones`: the number of the last polygon, or the sum of the shares of a pixel."""
     import scanspan
 
-    rings, options = scene.rings, {} if scene.kind == "burn" else {"reduce": "count", "mode": "area"}
+    rings = scene.rings
+    options: Any = {} if scene.kind == "burn" else {"reduce": "count", "mode": "area"}
 
     def burn(polygons: list[NDArray[Any]]) -> NDArray[Any]:
         burnt: NDArray[Any] = scanspan.zones(polygons, scene.size, threads=1, **options)

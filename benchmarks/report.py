@@ -85,9 +85,8 @@ def ratio(value: float, to: float) -> str:
 
 def _base(gives: str, timings: dict[str, Timings], medians: dict[str, float]) -> str | None:
     """Return which of scanspan's ways a peer is compared with: the fastest that gives the same, or else the fastest."""
-    ours = sorted((peer for peer in medians if is_ours(peer)), key=lambda peer: medians[peer])
-    same = [peer for peer in ours if timings[peer].gives == gives]
-    return next(iter(same + ours), None)
+    ours = [peer for peer in medians if is_ours(peer)]
+    return min(ours, key=lambda peer: (timings[peer].gives != gives, medians[peer]), default=None)
 
 
 def _row(peer: str, about: About, timings: dict[str, Timings], medians: dict[str, float]) -> str:

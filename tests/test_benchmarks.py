@@ -78,12 +78,14 @@ def test_scanspan_is_right_on_the_scenes(name: str) -> None:
         result = entry.result(entry.draw())
         covered, wrong = exact.judge(scene, entry.gives, result, right)
         assert covered > 0
-        # Wu's lines go from pixel to pixel, so they are not those of the scene.
-        assert wrong == 0 or "Wu" in peer, peer
+        if wrong is None:
+            assert entry.gives == "Wu's lines"
+            continue
+        assert wrong == 0, peer
         raced += 1
         if entry.gives != "triangles":
             assert exact.judge(scene, entry.gives, planted(result), right)[1] == wrong + 1
-    assert raced or name in ("D", "F", "LA", "Q2", "TRI1k", "TRI100k", "MP-ids", "MP-area")
+    assert raced or name in ("D", "F")
 
 
 def planted(result: Any) -> Any:
