@@ -1,4 +1,4 @@
-"""Run the race: `python -m benchmarks --scenes A,B,C,M,T,start --reps 7 -o table.md`.
+"""Run the race: `python -m benchmarks --scenes A,B,C,M,T,L,PS,start --reps 7 -o table.md`.
 
 Every peer runs in a worker process of its own, so that none warms or fragments the memory of another. The workers wait on
 their standard input and are asked in turns, so that a slow minute of the machine hits all of them. Ratios are made of CPU time,
@@ -18,12 +18,14 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks import peers, report, scenes
+import numpy as np
+
+from benchmarks import exact, plane_scenes, registry, report
+from benchmarks.entry import Entry, MissingError
 
 ROOT = Path(__file__).resolve().parent.parent
 SHORTEST = 0.02  # Seconds; a call that is shorter is repeated until it takes this long, because clocks tick coarsely.
 COLD_REPETITIONS = 3  # Compiling everything takes many seconds.
-ALL = "A,B,C,M,T,start"
 TRIANGLE = """
 import numpy as np, scanspan
 clip = np.array([[-0.8, -0.7, 0, 1], [0.9, -0.5, 0, 1], [0, 0.8, 0, 1.0]])
@@ -51,48 +53,71 @@ def environment(core: int | None) -> dict[str, str]:
     return {**os.environ, **single, **pinned, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
 
 
-def work(peer: str, scene_name: str, scale: float) -> None:
+def _judge(entry: Entry, scene: Any, path: str) -> dict[str, Any]:
+    """Draw what is compared with the exact picture, and return how it compares."""
+    entry.convert()
+    result = entry.result(entry.draw())
+    right: exact.Answer = {}
+    with np.load(path) as stored:
+        for name in stored.files:
+            if name.partition("-")[0] == entry.gives:
+                right.setdefault(entry.gives, []).append(stored[name])
+    covered, wrong = exact.judge(scene, entry.gives, result, right)
+    return {"gives": entry.gives, "covered": covered, "wrong": wrong}
+
+
+def work(peer: str, scene_name: str, scale: float, path: str) -> None:
     """Serve as a worker: make the peer ready, then time one repetition for each line that comes in."""
     core = os.environ.get("SCANSPAN_BENCH_CORE")
     if core is not None:
         os.sched_setaffinity(0, {int(core)})
-    scene = scenes.make(scene_name, scale)
+    scene = registry.make_scene(scene_name, scale)
     try:
-        entry = peers.PEERS[peer][0](scene)
-    except peers.MissingError as missing:
+        entry = registry.PEERS[peer].make(scene)
+        part = plane_scenes.checked_part(scene)
+        drawn = entry if part is scene else registry.PEERS[peer].make(part)
+    except MissingError as missing:
         print(json.dumps({"absent": str(missing)}), flush=True)
         return
 
-    # Warm up: compile, touch the memory, and see how often a call fits into the shortest time.
-    entry.convert()
-    arrays = entry.draw()
-    started = time.perf_counter()
-    entry.draw()
-    calls = max(1, min(10_000, math.ceil(SHORTEST / max(1e-7, time.perf_counter() - started))))
-    print(
-        json.dumps({"covered": entry.covered(arrays), "count": scene.count, "area": scene.area, "size": scene.size}), flush=True
-    )
+    # What is judged warms up, too: it compiles, and touches the memory.
+    if peer == registry.FILL:
+        entry.draw()
+    judged = {"gives": entry.gives} if peer == registry.FILL else _judge(drawn, part, path)
+    print(json.dumps(judged), flush=True)
+    calls = 1
     for _ in sys.stdin:
         before_convert = time.process_time()
         entry.convert()
-        wall, cpu = time.perf_counter(), time.process_time()
-        for _ in range(calls):
-            entry.draw()
-        took = {"wall": (time.perf_counter() - wall) / calls, "cpu": (time.process_time() - cpu) / calls}
-        print(json.dumps({**took, "convert": cpu - before_convert}), flush=True)
+        converted = time.process_time() - before_convert
+        took = _time_calls(entry, calls)
+        if calls == 1 and took["wall"] < SHORTEST:
+            calls = min(10_000, math.ceil(SHORTEST / max(1e-7, took["wall"])))
+            took = _time_calls(entry, calls)
+        print(json.dumps({**took, "convert": converted}), flush=True)
+
+
+def _time_calls(entry: Entry, calls: int) -> dict[str, float]:
+    """Return the seconds that a call takes."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    for _ in range(calls):
+        entry.draw()
+    return {"wall": (time.perf_counter() - wall) / calls, "cpu": (time.process_time() - cpu) / calls}
 
 
 class Worker:
     """A worker process and what it has reported."""
 
-    def __init__(self, peer: str, scene_name: str, scale: float, core: int | None) -> None:
-        command = [sys.executable, "-m", "benchmarks", "--worker", peer, scene_name, str(scale)]
+    def __init__(self, peer: str, scene_name: str, scale: float, path: Path, core: int | None) -> None:
+        command = [sys.executable, "-m", "benchmarks", "--worker", peer, scene_name, str(scale), str(path)]
         pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         self.timings = report.Timings()
+        self.taken = 0.0  # Seconds of all repetitions, converting too.
         self.started = subprocess.Popen(command, env=environment(core), cwd=ROOT, **pipes)
-        self.about = self._read()
-        self.timings.absent = self.about.get("absent", "")
-        self.timings.covered = self.about.get("covered", 0)
+        about = self._read()
+        self.timings.absent = about.get("absent", "")
+        self.timings.gives, self.timings.covered = about.get("gives", ""), about.get("covered", 0)
+        self.timings.wrong = about.get("wrong")
 
     def _read(self) -> dict[str, Any]:
         assert self.started.stdout is not None
@@ -104,35 +129,42 @@ class Worker:
         """Ask for one repetition."""
         if self.timings.absent or self.started.stdin is None:
             return
+        began = time.perf_counter()
         self.started.stdin.write("again\n")
         self.started.stdin.flush()
         answer = self._read()
         self.timings.absent = answer.get("absent", "")
         for name in ("cpu", "wall", "convert"):
             getattr(self.timings, name).append(answer.get(name, math.nan))
+        self.taken += time.perf_counter() - began
 
     def close(self) -> None:
         """Let the worker end."""
         self.started.communicate()
 
 
-def race(scene_name: str, repetitions: int, scale: float, core: int | None) -> str:
-    """Race all peers on a scene and return its table."""
+def race(name: str, repetitions: int, scale: float, budget: float, core: int | None) -> report.Race:
+    """Race on a scene all peers that can draw it."""
+    scene = registry.make_scene(name, scale)
+    about = report.About(name, scene.count, scene.unit, scene.area, scene.size, scene.kind)
     workers: dict[str, Worker] = {}
-    try:
-        for peer in peers.PEERS:
-            workers[peer] = Worker(peer, scene_name, scale, core)
-        for _ in range(repetitions):
+    with tempfile.TemporaryDirectory(prefix="scanspan-bench-") as folder:
+        path = Path(folder) / "right.npz"
+        right = exact.answer(plane_scenes.checked_part(scene))
+        stored: dict[str, Any] = {f"{form}-{k}": found for form, several in right.items() for k, found in enumerate(several)}
+        np.savez(path, **stored)
+        del scene, right, stored
+        try:
+            for peer in registry.peers_of(about.kind):
+                workers[peer] = Worker(peer, name, scale, path, core)
+            for _ in range(repetitions):
+                for worker in workers.values():
+                    if worker.taken < budget:
+                        worker.repeat()
+        finally:
             for worker in workers.values():
-                worker.repeat()
-    finally:
-        for worker in workers.values():
-            worker.close()
-    about = next((worker.about for worker in workers.values() if "count" in worker.about), None)
-    if about is None:
-        return f"### Scene {scene_name}: no peer could run\n"
-    timings = {peer: worker.timings for peer, worker in workers.items()}
-    return report.scene_table(scene_name, about["count"], about["area"], tuple(about["size"]), timings)
+                worker.close()
+    return about, {peer: worker.timings for peer, worker in workers.items()}
 
 
 def _children_cpu() -> float:
@@ -177,37 +209,51 @@ def starts(repetitions: int, core: int | None) -> str:
     return report.start_table(timings)
 
 
+def write(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    partial = path.with_name(path.name + ".partial")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(path)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the race as a program."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Race scanspan against OpenCV and memory fill.")
-    parser.add_argument("--scenes", default=ALL, help=f"some of {ALL}, or M100k and M1M alone (default: all)")
-    parser.add_argument("--reps", type=int, default=7, help="repetitions, taken in turns (default: 7)")
-    parser.add_argument("--scale", type=float, default=1.0, help="share of the triangles of a scene (default: 1)")
+    everything = ",".join(registry.ALL)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Race scanspan against other rasterizers.")
+    parser.add_argument("--scenes", default=everything, help=f"some of {everything}, or one such as M1M alone (default: all)")
+    parser.add_argument("--reps", type=int, default=5, help="repetitions, taken in turns (default: 5)")
+    parser.add_argument("--seconds", type=float, default=1.0, help="after which a peer sits out on a scene (default: 1)")
+    parser.add_argument("--scale", type=float, default=1.0, help="share of the triangles or such of a scene (default: 1)")
     parser.add_argument("-o", dest="output", type=Path, help="write the tables to this file as well")
-    parser.add_argument("--worker", nargs=3, metavar=("PEER", "SCENE", "SCALE"), help=argparse.SUPPRESS)
+    parser.add_argument("--worker", nargs=4, metavar=("PEER", "SCENE", "SCALE", "RIGHT"), help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.worker:
-        work(options.worker[0], options.worker[1], float(options.worker[2]))
+        peer, scene_name, scale, path = options.worker
+        work(peer, scene_name, float(scale), path)
         return 0
+    try:
+        names = registry.scene_names(options.scenes)
+    except ValueError as error:
+        parser.error(str(error))
+    if options.reps < 1 or not 0 < options.scale <= 1 or not options.seconds > 0:
+        parser.error("--reps must be at least 1, --scale above 0 and at most 1, and --seconds above 0")
 
-    # Take the scenes in the order asked for; M stands for both meshes.
-    names = [name for chosen in options.scenes.split(",") for name in (scenes.KNOTS if chosen == "M" else [chosen])]
-    unknown = [name for name in names if name not in (*scenes.NAMES, "start")]
-    if unknown:
-        parser.error(f"unknown scene {unknown[0]!r}; the valid ones are {ALL}, {','.join(scenes.KNOTS)}")
-    if options.reps < 1 or not 0 < options.scale <= 1:
-        parser.error("--reps must be at least 1, and --scale above 0 and at most 1")
-
-    core = last_core()
-    parts = [report.heading(options.reps, core, options.scale)]
+    core, races = last_core(), []
+    kinds = {registry.make_scene(name, 0.001).kind for name in names if name != registry.START}
+    parts = [report.heading(options.reps, core, options.scale, options.seconds, kinds)]
     print(parts[0], flush=True)
     for name in names:
-        parts.append(starts(options.reps, core) if name == "start" else race(name, options.reps, options.scale, core))
+        if name == registry.START:
+            parts.append(starts(options.reps, core))
+        else:
+            races.append(race(name, options.reps, options.scale, options.seconds, core))
+            parts.append(report.scene_table(*races[-1]))
+        print(parts[-1], flush=True)
+    if races:
+        parts.append(report.summary_table(races))
         print(parts[-1], flush=True)
     if options.output:
-        partial = options.output.with_name(options.output.name + ".partial")
-        partial.write_text("\n".join(parts))
-        partial.replace(options.output)
+        write(options.output, "\n".join(parts))
     return 0
 
 

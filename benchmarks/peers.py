@@ -1,50 +1,23 @@
-"""Who is raced: scanspan, OpenCV's three ways to fill triangles, and filling the same arrays with a constant.
+"""Who is raced on triangles in space: scanspan, OpenCV's rasterizer, and filling the same arrays with a constant.
 
-A peer is made ready for a scene. Its `convert` turns the arrays of the scene into what the peer takes; its `draw` clears,
-draws and returns the picture as NumPy arrays. Each is timed by itself, because a caller may hold either form of the arrays.
-All use one thread. What peers return differs, and so do their edge rules: `PEERS` says how.
+Flat and shaded triangles are given a depth that rises from one to the next, so that the later hides the earlier.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.entry import Arrays, Entry, MissingError, Peer, first, first_colors, load_opencv, nothing, opencv_points
 from benchmarks.scenes import FlatScene, MeshScene, Scene
-
-Arrays = tuple[NDArray[Any], ...]
 
 BACKGROUND = 0
 DEPTHS = (0.5, 4.0)  # The near and far plane of the camera that stands in for the screen in OpenCV.
 
 
-class Entry(NamedTuple):
-    """A peer made ready for a scene: turn arrays, draw, and say which pixels of the result are covered."""
-
-    convert: Callable[[], None]
-    draw: Callable[[], Arrays]
-    covered: Callable[[Arrays], int]
-
-
-class MissingError(Exception):
-    """A peer that is not installed; the message says what to install."""
-
-
-def _opencv() -> Any:
-    try:
-        import cv2
-    except ImportError as error:
-        raise MissingError("needs opencv-python-headless 5, which is in the bench dependency group") from error
-    if not hasattr(cv2, "triangleRasterize"):
-        raise MissingError(f"needs OpenCV 5; this is {cv2.__version__}, which has no triangleRasterize")
-    cv2.setNumThreads(1)
-    return cv2
-
-
-def scanspan_entry(scene: Scene) -> Entry:
+def rasterize_entry(scene: Scene) -> Entry:
     """Return scanspan: `rasterize`, and for flat scenes a colour for each primitive."""
     import scanspan
 
@@ -59,7 +32,7 @@ def scanspan_entry(scene: Scene) -> Entry:
             seen = scanspan.rasterize(held["positions"] @ matrix.T, scene.triangles, scene.size, threads=1)
             return seen.primitive, seen.depth
 
-        return Entry(convert_mesh, draw_mesh, lambda arrays: int((arrays[0] >= 0).sum()))
+        return Entry(convert_mesh, draw_mesh, lambda arrays: arrays[0] >= 0, "mask")
 
     # Let the depth rise from triangle to triangle, and end the table of colours with the background, which -1 finds.
     width, height = scene.size
@@ -79,7 +52,7 @@ def scanspan_entry(scene: Scene) -> Entry:
         color = held["table"][seen.primitive]
         return color.view(np.uint8).reshape(height, width, 4), seen.primitive, seen.depth
 
-    return Entry(convert_flat, draw_flat, lambda arrays: int((arrays[1] >= 0).sum()))
+    return Entry(convert_flat, draw_flat, first_colors, "colors")
 
 
 def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -94,17 +67,19 @@ def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[An
     x = (scene.vertices[..., 0] - width / 2) / (height / 2) * distance
     y = (height / 2 - scene.vertices[..., 1]) / (height / 2) * distance
     vertices = np.stack([x, y, np.broadcast_to(-distance, x.shape)], axis=-1).reshape(-1, 3).astype(np.float32)
-    colors = np.repeat(scene.colors[:, :3].astype(np.float32) / 255, 3, axis=0)
+    corners = scene.colors if scene.kind == "shaded" else np.repeat(scene.colors, 3, axis=0)
+    colors = corners.reshape(-1, 4)[:, :3].astype(np.float32) / 255
     return vertices, np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3), colors
 
 
 def opencv_rasterize_entry(scene: Scene, with_depth: bool = True) -> Entry:
     """Return OpenCV's triangleRasterize, or triangleRasterizeColor."""
-    cv2 = _opencv()
+    cv2 = load_opencv()
+    if not hasattr(cv2, "triangleRasterize"):
+        raise MissingError(f"needs OpenCV 5; this is {cv2.__version__}, which has no triangleRasterize")
     settings = cv2.TriangleRasterizeSettings()
     settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
-    flat = isinstance(scene, FlatScene)
-    settings.setShadingType(cv2.RASTERIZE_SHADING_FLAT if flat else cv2.RASTERIZE_SHADING_SHADED)
+    settings.setShadingType(cv2.RASTERIZE_SHADING_FLAT if scene.kind == "flat" else cv2.RASTERIZE_SHADING_SHADED)
     view, fov, (near, far) = np.eye(4), np.pi / 2, DEPTHS
     if isinstance(scene, MeshScene):
         view, fov, near, far = scene.view, scene.fov, scene.near, scene.far
@@ -127,10 +102,10 @@ def opencv_rasterize_entry(scene: Scene, with_depth: bool = True) -> Entry:
         cv2.triangleRasterize(*held, color, depth, view, fov, near, far, settings)
         return color, depth
 
-    def covered(arrays: Arrays) -> int:
-        return int((arrays[1] < far).sum() if with_depth else arrays[0].any(axis=-1).sum())
-
-    return Entry(convert, draw, covered)
+    if isinstance(scene, MeshScene):
+        mask = (lambda arrays: arrays[1] < far) if with_depth else (lambda arrays: arrays[0].any(axis=-1))
+        return Entry(convert, draw, mask, "mask")
+    return Entry(convert, draw, lambda arrays: np.rint(arrays[0] * 255), "colors")
 
 
 def opencv_color_entry(scene: Scene) -> Entry:
@@ -138,16 +113,13 @@ def opencv_color_entry(scene: Scene) -> Entry:
     return opencv_rasterize_entry(scene, with_depth=False)
 
 
-def opencv_convex_entry(scene: Scene) -> Entry:
+def opencv_convex_entry(scene: FlatScene) -> Entry:
     """Return OpenCV's fillConvexPoly, called for each triangle, with 8 sub-pixel bits."""
-    if isinstance(scene, MeshScene):
-        raise MissingError("draws flat triangles only")
-    cv2, picture = _opencv(), np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
+    cv2, picture = load_opencv(), np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
     held: list[list[Any]] = [[], []]
 
     def convert() -> None:
-        # Its pixels are centred on whole numbers, and it takes whole sub-pixels.
-        held[0] = list(np.rint((scene.vertices.astype(np.float64) - 0.5) * 256).astype(np.int32))
+        held[0] = list(opencv_points(scene.vertices))
         held[1] = scene.colors.tolist()
 
     def draw() -> Arrays:
@@ -156,30 +128,49 @@ def opencv_convex_entry(scene: Scene) -> Entry:
             cv2.fillConvexPoly(picture, corners, color, cv2.LINE_8, 8)
         return (picture,)
 
-    return Entry(convert, draw, lambda arrays: int((arrays[0][..., 3] > 0).sum()))
+    return Entry(convert, draw, first_colors, "colors")
 
 
-def fill_entry(scene: Scene) -> Entry:
+# What scanspan returns for a scene of a kind: types of pixels, of so many channels.
+RETURNED: dict[str, tuple[tuple[Any, int], ...]] = {
+    "flat": ((np.uint8, 4), (np.int32, 1), (np.float32, 1)),
+    "shaded": ((np.uint8, 4),),
+    "mesh": ((np.int32, 1), (np.float32, 1)),
+    "lines": ((np.uint8, 4),),
+    "smooth lines": ((np.uint8, 4),),
+    "polygon": ((np.bool_, 1),),
+    "smooth polygon": ((np.float64, 1),),
+    "points": ((np.int32, 1),),
+    "flood": ((np.uint8, 4),),
+    "burn": ((np.int32, 1),),
+    "measure": ((np.float64, 1),),
+}
+
+
+def fill_entry(scene: Any) -> Entry:
     """Return the filling of the arrays that scanspan returns: the least that any of them could take."""
-    shape = (scene.size[1], scene.size[0])
-    arrays: list[NDArray[Any]] = [np.zeros(shape, dtype=np.int32), np.zeros(shape, dtype=np.float32)]
-    if isinstance(scene, FlatScene):
-        arrays.append(np.zeros(shape, dtype=np.uint32))
+    arrays = [np.zeros((scene.size[1], scene.size[0], channels), dtype) for dtype, channels in RETURNED[scene.kind]]
 
     def draw() -> Arrays:
         for array in arrays:
             array.fill(1)
         return tuple(arrays)
 
-    return Entry(lambda: None, draw, lambda filled: int(filled[0].sum()))
+    return Entry(nothing, draw, first, "a constant")
 
 
-# Name: how to make it ready, and what it gives.
-PEERS: dict[str, tuple[Callable[[Scene], Entry], str]] = {
-    "scanspan": (scanspan_entry, "primitive, float32 depth (and RGBA for flat scenes); exact top-left, 8 sub-pixel bits"),
-    "cv2.triangleRasterize": (opencv_rasterize_entry, "float32 RGB and depth; ties hit twice"),
-    "cv2.triangleRasterizeColor": (opencv_color_entry, "float32 RGB; ties hit twice"),
-    "cv2.fillConvexPoly": (opencv_convex_entry, "RGBA; fills the outline too, so neighbours overlap"),
-    "memory fill": (fill_entry, "the arrays that scanspan returns, filled with a constant"),
+FLAT, SPACE = ("flat",), ("flat", "shaded", "mesh")
+PEERS = {
+    "scanspan rasterize": Peer(
+        rasterize_entry,
+        ("flat", "mesh"),
+        "primitive, float32 depth (and RGBA for flat scenes); exact top-left, 8 sub-pixel bits",
+    ),
+    "cv2.triangleRasterize": Peer(opencv_rasterize_entry, SPACE, "float32 RGB and depth; ties hit twice"),
+    "cv2.triangleRasterizeColor": Peer(opencv_color_entry, SPACE, "float32 RGB; ties hit twice"),
+    "cv2.fillConvexPoly": Peer(
+        opencv_convex_entry, FLAT, "RGBA; 8 sub-pixel bits, fills the outline too, so neighbours overlap"
+    ),
 }
-OURS, FILL = "scanspan", "memory fill"
+FILL = "memory fill"
+FILLS = {FILL: Peer(fill_entry, tuple(RETURNED), "the arrays that scanspan returns, filled with a constant")}

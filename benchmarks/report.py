@@ -11,7 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchmarks.peers import FILL, OURS, PEERS
+from benchmarks.registry import FILL, PEERS, is_ours
+
+RIGHT = 1e-3  # A picture counts as right where at most this share of its pixels is wrong: edge rules differ in ties.
+PACKAGES = (
+    "scanspan", "numpy", "numba", "opencv-python-headless", "pillow", "skia-python", "blend2d-py", "rasterio", "datashader",
+    "scipy", "mapbox-earcut", "shapely", "exactextract",
+)  # fmt: skip
 
 
 @dataclass
@@ -22,7 +28,29 @@ class Timings:
     wall: list[float] = field(default_factory=list)
     convert: list[float] = field(default_factory=list)
     covered: int = 0
+    wrong: int | None = None
+    gives: str = ""
     absent: str = ""
+
+    @property
+    def is_right(self) -> bool:
+        """Whether it is known that the output is as it should be, but for a few ties."""
+        return self.wrong is not None and self.wrong <= RIGHT * max(1, self.covered)
+
+
+@dataclass
+class About:
+    """What a table has to say of its scene."""
+
+    name: str
+    count: int
+    unit: str
+    area: float
+    size: tuple[int, int]
+    kind: str
+
+
+Race = tuple[About, dict[str, Timings]]
 
 
 def seconds(value: float) -> str:
@@ -55,34 +83,95 @@ def ratio(value: float, to: float) -> str:
     return f"{value / to:.2f} x" if to > 0 else "-"
 
 
-def scene_table(name: str, count: int, area: float, size: tuple[int, int], timings: dict[str, Timings]) -> str:
+def _base(gives: str, timings: dict[str, Timings], medians: dict[str, float]) -> str | None:
+    """Return which of scanspan's ways a peer is compared with: the fastest that gives the same, or else the fastest."""
+    ours = [peer for peer in medians if is_ours(peer)]
+    return min(ours, key=lambda peer: (timings[peer].gives != gives, medians[peer]), default=None)
+
+
+def _row(peer: str, about: About, timings: dict[str, Timings], medians: dict[str, float]) -> str:
+    """Return the row of a peer."""
+    times = timings[peer]
+    if times.absent:
+        return f"| {peer} | not run: {times.absent} |" + " |" * 10
+    whole = {name: medians[name] + statistics.median(timings[name].convert) for name in medians}
+    own, base = medians[peer], _base(times.gives, timings, medians)
+    filled = peer == FILL
+    cells = [
+        times.gives,
+        median_and_range(times.cpu),
+        median_and_range(times.wall),
+        seconds(statistics.median(times.convert)),
+        "" if filled else f"{about.count / own / 1e6:.3g}",
+        "" if filled or about.kind == "triangulation" else f"{about.area / own / 1e6:.4g}",
+        "" if filled else f"{times.covered:,}",
+        "" if filled else "-" if times.wrong is None else f"{times.wrong:,}",
+        ratio(own, medians[base]) if base else "-",
+        ratio(own, medians[FILL]) if FILL in medians else "-",
+        ratio(whole[peer], whole[base]) if base else "-",
+    ]
+    return f"| {peer} | " + " | ".join(cells) + " |"
+
+
+def scene_table(about: About, timings: dict[str, Timings]) -> str:
     """Return the table of a scene; a ratio above 1 in the column of scanspan's time says that scanspan is that much faster."""
     medians = {peer: statistics.median(times.cpu) for peer, times in timings.items() if times.cpu}
+    each = (
+        f", {about.area / about.count:,.1f} px each"
+        if about.kind in ("flat", "shaded", "mesh", "lines", "smooth lines")
+        else ""
+    )
+    covered = ("triangles", "px of area missed") if about.kind == "triangulation" else ("covered px", "wrong px")
     lines = [
-        f"### Scene {name}: {count:,} triangles, {area / count:,.1f} px each, {size[0]} x {size[1]}",
+        f"### Scene {about.name}: {about.count:,} {about.unit}{each}, {about.size[0]} x {about.size[1]}",
         "",
-        "| peer | draw, CPU time | draw, wall | convert, CPU time | M triangles/s | Mpx/s | covered px "
-        "| of scanspan's time | of memory fill | of scanspan's, converting too |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        f"| peer | gives | draw, CPU time | draw, wall | convert, CPU time | M {about.unit}/s | Mpx/s | {covered[0]} "
+        f"| {covered[1]} | of scanspan's time | of memory fill | of scanspan's, converting too |",
+        "|---" * 12 + "|",
+        *(_row(peer, about, timings, medians) for peer in timings),
     ]
-    whole = {peer: medians[peer] + statistics.median(timings[peer].convert) for peer in medians}
-    for peer, times in timings.items():
-        if times.absent:
-            lines.append(f"| {peer} | not run: {times.absent} | | | | | | | | |")
-            continue
-        own = medians[peer]
-        rates = ("", "") if peer == FILL else (f"{count / own / 1e6:.3g}", f"{area / own / 1e6:.4g}")
-        cells = [
-            median_and_range(times.cpu),
-            median_and_range(times.wall),
-            seconds(statistics.median(times.convert)),
-            *rates,
-            f"{times.covered:,}",
-            ratio(own, medians[OURS]) if OURS in medians else "-",
-            ratio(own, medians[FILL]) if FILL in medians else "-",
-            ratio(whole[peer], whole[OURS]) if OURS in whole else "-",
-        ]
-        lines.append(f"| {peer} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _nearest(peers: dict[str, Timings], ours: float) -> str:
+    """Return the fastest of some peers, how it compares with scanspan's time, and how much of it is wrong."""
+    if not peers:
+        return "none"
+    peer = min(peers, key=lambda name: statistics.median(peers[name].cpu))
+    wrong = peers[peer].wrong
+    told = "" if not wrong else f", {wrong:,} px wrong"
+    return f"{peer}: {ratio(statistics.median(peers[peer].cpu), ours)}{told}"
+
+
+def summary_table(races: list[Race]) -> str:
+    """Return one table of all races: scanspan's time for each form of output, and how its fastest opponents compare."""
+    lines = [
+        "### Summary",
+        "",
+        "Above 1 x scanspan is ahead. The same output is the same form of it with at most one pixel in a thousand wrong.",
+        "",
+        "| scene | output | scanspan | draw, CPU time | wrong px | fastest with the same output | fastest with any output |",
+        "|---" * 7 + "|",
+    ]
+    for about, timings in races:
+        run = {peer: times for peer, times in timings.items() if times.cpu and peer != FILL}
+        others = {peer: times for peer, times in run.items() if not is_ours(peer)}
+        ours = {peer: times for peer, times in run.items() if is_ours(peer)}
+        if not ours:
+            lines.append(f"| {about.name} | | not run | | | | {len(others)} others were |")
+        for gives in dict.fromkeys(times.gives for times in ours.values()):
+            alike = {peer: times for peer, times in ours.items() if times.gives == gives}
+            peer = min(alike, key=lambda name: statistics.median(alike[name].cpu))
+            own, wrong = statistics.median(alike[peer].cpu), alike[peer].wrong
+            same = {
+                name: times
+                for name, times in others.items()
+                if times.gives == gives and (times.is_right or times.wrong is None)
+            }
+            told = [peer.removeprefix("scanspan "), seconds(own), "-" if wrong is None else f"{wrong:,}"]
+            lines.append(
+                f"| {about.name} | {gives} | " + " | ".join([*told, _nearest(same, own), _nearest(others, own)]) + " |"
+            )
     return "\n".join(lines) + "\n"
 
 
@@ -113,20 +202,25 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def heading(repetitions: int, core: int | None, scale: float) -> str:
-    """Return what a reader has to know to judge the tables: machine, versions, method."""
-    packages = ", ".join(_version(package) for package in ("scanspan", "numpy", "numba", "opencv-python-headless"))
+def heading(repetitions: int, core: int | None, scale: float, budget: float, kinds: set[str]) -> str:
+    """Return what a reader has to know to judge the tables: machine, versions, method, and what each peer gives."""
+    packages = ", ".join(_version(package) for package in PACKAGES)
     pinned = f"pinned to core {core}" if core is not None else "not pinned"
-    shrunk = "" if scale == 1 else f" Scenes have {scale:g} times their triangles."
+    shrunk = "" if scale == 1 else f" Scenes have {scale:g} times their triangles, lines, points or corners."
+    chosen = {name: peer for name, peer in PEERS.items() if kinds.intersection(peer.kinds)}
     lines = [
         "## Benchmarks",
         "",
         f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {sys.version.split()[0]}, {packages}.",
-        f"One worker process a peer, {pinned}, one thread, {repetitions} repetitions in turns, median [lowest, highest].",
+        f"One worker process a peer, {pinned}, one thread, {repetitions} repetitions in turns, fewer for those that have taken "
+        f"{budget:g} s on a scene; median [lowest, highest].",
         "Drawing includes clearing and, for meshes, the transformation; converting is from the scene's arrays to the peer's.",
-        'Ratios are of CPU time: 2.00 x "of scanspan\'s time" means that scanspan takes half as long.' + shrunk,
+        'Ratios are of CPU time: 2.00 x "of scanspan\'s time" means that scanspan takes half as long. It is compared by the '
+        "fastest of its ways that gives the same output, or else by the fastest." + shrunk,
+        "Wrong are pixels that differ from the picture that whole numbers give (benchmarks/exact.py): by more than 2 of 255 "
+        "where colours change across a triangle, 8 where polygons are smooth, 16 where lines are; smooth lines in 400 of them.",
         "",
-        *(f"- {peer}: {gives}." for peer, (_, gives) in PEERS.items()),
+        *(f"- {name}: {peer.note}." for name, peer in chosen.items()),
         "",
     ]
     return "\n".join(lines)

@@ -1,8 +1,11 @@
-"""The scenes that are raced: flat triangles of three sizes, a mesh of two sizes, and one triangle.
+"""The scenes of triangles: flat and shaded ones of three sizes, a mesh of two sizes, and one; plane_scenes has the others.
 
 A has a million triangles of 8 px, B a hundred thousand of 200 px, C two thousand of 50,000 px, all inside the image and painted
-in order, the later over the earlier. M is a torus knot in perspective with depth. T is one triangle in a small image, where the
-overhead of a call shows. Everything is made from fixed seeds; `scale` changes the number of triangles and little else.
+in order, the later over the earlier. D, E and F are the same with a colour at each corner. M is a torus knot in perspective
+with depth. T is one triangle in a small image, where the overhead of a call shows. Everything is made from fixed seeds;
+`scale` changes the number of triangles and little else.
+
+Corners of flat triangles lie on a grid of 1/256 px, so that all with 8 sub-pixel bits or more are asked the same question.
 """
 
 from __future__ import annotations
@@ -19,7 +22,10 @@ Floats = NDArray[np.float64]
 FLAT = {"A": (1_000_000, 8.0, 1), "B": (100_000, 200.0, 2), "C": (2_000, 50_000.0, 3)}
 # Name: steps along the knot and around the tube; two triangles each.
 KNOTS = {"M100k": (500, 100), "M1M": (2000, 250)}
-NAMES = [*FLAT, *KNOTS, "T"]
+# Shaded scenes, and the flat ones whose triangles they have.
+SHADED = {"D": "A", "E": "B", "F": "C"}
+NAMES = [*FLAT, *SHADED, *KNOTS, "T"]
+GRID = 256  # sub-pixels in a pixel
 
 MEAN_SHARE = 0.4775  # Mean area of a triangle with random corners on a circle, as a share of the radius squared: 3 / (2 pi).
 
@@ -31,7 +37,13 @@ class FlatScene:
     name: str
     size: tuple[int, int]
     vertices: NDArray[np.float32]  # (N, 3, 2) pixels, y down, centres at + 1/2
-    colors: NDArray[np.uint8]  # (N, 4) straight RGBA
+    colors: NDArray[np.uint8]  # straight RGBA; (N, 4), or (N, 3, 4) with a colour for each corner
+    unit: str = "triangles"
+
+    @property
+    def kind(self) -> str:
+        """What is asked of a peer."""
+        return "flat" if self.colors.ndim == 2 else "shaded"
 
     @property
     def count(self) -> int:
@@ -56,6 +68,8 @@ class MeshScene:
     fov: float  # vertical, radians
     near: float
     far: float
+    unit: str = "triangles"
+    kind: str = "mesh"
 
     @property
     def count(self) -> int:
@@ -104,10 +118,18 @@ def flat_scene(name: str, scale: float = 1.0) -> FlatScene:
     # Scale all by one factor so that the mean is exact, as far as they stay inside.
     factor = np.sqrt(2 * mean_area / np.abs(_doubled_areas(corners * radius[..., None])).mean())
     vertices = centre[:, None] + corners * radius[..., None] * factor
-    vertices = np.clip(vertices, 0, np.array(size)).astype(np.float32)
+    vertices = (np.rint(np.clip(vertices, 0, np.array(size)) * GRID) / GRID).astype(np.float32)
     colors = rng.integers(0, 256, (count, 4), dtype=np.uint8)
     colors[:, 3] = 255
     return FlatScene(name, size, vertices, colors)
+
+
+def shaded_scene(name: str, scale: float = 1.0) -> FlatScene:
+    """Return the triangles of a flat scene with a colour at each corner."""
+    scene = flat_scene(SHADED[name], scale)
+    colors = np.random.default_rng(FLAT[SHADED[name]][2] + 3).integers(0, 256, (scene.count, 3, 4), dtype=np.uint8)
+    colors[..., 3] = 255
+    return FlatScene(name, scene.size, scene.vertices, colors)
 
 
 def one_triangle() -> FlatScene:
@@ -165,6 +187,6 @@ def mesh_scene(name: str, scale: float = 1.0) -> MeshScene:
 
 def make(name: str, scale: float = 1.0) -> Any:
     """Return the scene of a name in `NAMES`."""
-    if name in FLAT:
-        return flat_scene(name, scale)
+    if name in FLAT or name in SHADED:
+        return flat_scene(name, scale) if name in FLAT else shaded_scene(name, scale)
     return mesh_scene(name, scale) if name in KNOTS else one_triangle()

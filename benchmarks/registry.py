@@ -1,0 +1,52 @@
+"""All scenes and all peers by name, in the order of the tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from benchmarks import line_peers, map_peers, painters, peers, plane_scenes, polygon_peers, scenes
+
+PEERS = {
+    **peers.PEERS,
+    **painters.PEERS,
+    **line_peers.PEERS,
+    **polygon_peers.PEERS,
+    **map_peers.PEERS,
+    **peers.FILLS,
+}
+FILL = peers.FILL
+
+START = "start"  # Not a scene, but whole processes.
+NAMES = [*scenes.NAMES, *plane_scenes.NAMES]
+# Names that stand for several scenes.
+GROUPS = {group: [name for name in NAMES if name.startswith(group)] for group in ("M", "PS", "PX", "TRI", "MP")}
+GROUPS["M"] = list(scenes.KNOTS)
+ALL = ["A", "B", "C", "D", "E", "F", "M", "T", "L", "LA", "PS", "PX", "Q2", "FF", "TRI", "MP", START]
+
+
+def make_scene(name: str, scale: float) -> Any:
+    """Return the scene of a name in `NAMES`."""
+    return (scenes if name in scenes.NAMES else plane_scenes).make(name, scale)
+
+
+def scene_names(chosen: str) -> list[str]:
+    """Return the scenes that names between commas stand for, in the order asked for.
+
+    >>> scene_names("T,PS,start")
+    ['T', 'PS-center', 'PS-area', 'start']
+    """
+    names = [name for part in chosen.split(",") for name in GROUPS.get(part, [part])]
+    for name in names:
+        if name not in (*NAMES, START):
+            raise ValueError(f"unknown scene {name!r}; the valid ones are {', '.join(ALL)}, and {', '.join(NAMES)}")
+    return names
+
+
+def peers_of(kind: str) -> list[str]:
+    """Return the names of the peers that can be raced on scenes of a kind."""
+    return [name for name, peer in PEERS.items() if kind in peer.kinds]
+
+
+def is_ours(peer: str) -> bool:
+    """Say whether a peer is scanspan itself."""
+    return peer.startswith("scanspan ")
