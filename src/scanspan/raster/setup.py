@@ -285,6 +285,12 @@ def keep_sample(t: TriangleSetup, inside: bool, depth: float) -> tuple[bool, flo
 
 
 @helper_kernel
+def keep_flat(t: TriangleSetup, inside: bool, depth: float) -> tuple[bool, float]:
+    """Leave a sample as it is, of a triangle that is equally deep everywhere: the compiler need not evaluate its plane."""
+    return inside, t.depth
+
+
+@helper_kernel
 def bound_sample(t: TriangleSetup, inside: bool, depth: float) -> tuple[bool, float]:
     """Cut a sample off where its depth lies beyond the planes of the camera, and hold its depth to what the triangle has."""
     return inside & (depth >= t.cut_low) & (depth <= t.cut_high), min(max(depth, t.depth_low), t.depth_high)

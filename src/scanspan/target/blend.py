@@ -55,7 +55,8 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
 def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits."""
     color = np.int64(depth)
-    row[q] = np.int32(color - (color >> 31 << 32)) if inside else row[q]
+    if inside:
+        row[q] = np.int32(color - (color >> 31 << 32))
 
 
 @bare_helper

@@ -16,7 +16,7 @@ from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.micropolygon import micropolygon
 from scanspan.raster.parity import parity_fill
 from scanspan.raster.segment import draw_segments
-from scanspan.raster.setup import keep_sample
+from scanspan.raster.setup import keep_flat, keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import blend_over, write_sample_linear, write_sample_paint, write_sample_srgb
@@ -27,7 +27,7 @@ def half_space_opaque(
     target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Half-space into (H, W) pixels of 32 bits."""
-    half_space(visit_rows, write_sample_paint, keep_sample, target, counters, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_paint, keep_flat, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -35,7 +35,7 @@ def half_space_linear(
     target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Half-space into (H, W, 4) pixels, in linear light."""
-    half_space(visit_rows, write_sample_linear, keep_sample, target, counters, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_linear, keep_flat, target, counters, triangles, first, last, sampling)
 
 
 @kernel
@@ -43,7 +43,7 @@ def half_space_srgb(
     target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
     """Half-space into (H, W, 4) pixels, in sRGB values."""
-    half_space(visit_rows, write_sample_srgb, keep_sample, target, counters, triangles, first, last, sampling)
+    half_space(visit_rows, write_sample_srgb, keep_flat, target, counters, triangles, first, last, sampling)
 
 
 @kernel
