@@ -58,7 +58,7 @@ def visit_rows(
     """Scan the samples of a triangle row by row, and return how many edge values that took."""
     f0, f1, f2, g1, g2 = t.f0, t.f1, t.f2, t.g1, t.g2
     x_start, width = t.x_start, t.x_end - t.x_start
-    evaluations = np.int64(0)
+    evaluations: Integer = np.int64(0)
 
     # Scan a narrow box whole. Working out what that takes behind the loop would double the time of small triangles.
     if width <= STRIDE:
@@ -102,7 +102,7 @@ def half_space(
     xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
     integers, floats = triangles.integers, triangles.floats
     stack = np.empty(STACK, np.int64)
-    evaluations = np.int64(0)
+    evaluations: Integer = np.int64(0)
     for n in range(first, last):
         t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
         evaluations += visit(write_sample, bound, target, t, n, stack)
