@@ -127,7 +127,6 @@ print(sorted({'shapely', 'geopandas', 'affine', 'rasterio'} & set(sys.modules)))
      ({"type": "Polygon", "coordinates": [[(0, 0), (1,), (1, 1)]]}, "polygons, ring 0: expected an array of numbers"),
      ([FAR], r"polygons\[0\], ring 0\[1\] = \[1.0, inf\]: expected finite numbers"),
      (features([SHAPES[0]])["features"][0] | {"type": "Topology"}, "is no GeoJSON polygon")],
-    ids=str,
 )  # fmt: skip
 def test_what_is_no_polygon_is_quoted(polygons, message):
     with pytest.raises(ss.InputError, match=message):

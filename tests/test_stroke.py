@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,9 @@ from scanspan.assets.rings import FILL_RULES
 from scanspan.geometry.chain import chain_rings
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes, arcs, circle, point_shapes, segment_shapes
-from scanspan.jit import kernel
-from scanspan.raster.area import gather_edges
-from scanspan.raster.shapes import draw_shapes
-from scanspan.raster.windows import cover_by_windows
+from scanspan.raster.area import make_areas
+from scanspan.raster.area_pieces import make_sweep
+from scanspan.raster.shares import Shares, add_shares
 
 FAR = float(1 << 24)
 CAPS = ["butt", "round", "square"]
@@ -29,27 +29,20 @@ JOINS = ["miter", "round", "bevel"]
 Floats = NDArray[np.float64]
 
 
-@kernel
-def add_cover(flat: NDArray[np.float64], q: int, color: int, cover: float, is_linear: int) -> None:
-    """Add up covers."""
-    flat[q] += cover
-
-
-@kernel
-def add_shapes(
-    target: NDArray[np.float64], xy: NDArray[np.int64], rings: NDArray[np.int64], shapes: NDArray[np.int64], values: Floats
-) -> None:
-    """Add up what shapes cover."""
-    height, width = np.int64(target.shape[0]), np.int64(target.shape[1])
-    flat = target.reshape(target.shape[0] * target.shape[1])
-    draw_shapes(add_cover, flat, width, np.int64(0), height, xy, rings, shapes, values, 1)
-
-
 def covered(shapes: Shapes, size: tuple[int, int]) -> Floats:
     """Return how much shapes cover, added up, as float32 each."""
-    target = np.zeros(size[::-1])
-    add_shapes(target, snap_points(shapes.xy, 16), shapes.ring_starts, shapes.shape_rings, np.zeros(len(shapes.shape_rings)))
-    return target
+    total, xy = np.zeros(size[::-1]), snap_points(shapes.xy, 16)
+    starts = shapes.ring_starts.astype(np.int32)
+    for first, last in pairwise(shapes.shape_rings.tolist()):
+        rings = starts[first : last + 1]
+        points = np.ascontiguousarray(xy[rings[0] : rings[-1]])
+        areas = make_areas(points, rings - rings[0], np.array([0, last - first], np.int32), size)
+        cover = np.zeros(size[::-1])
+        sweep = make_sweep(int(np.diff(areas.starts).max(initial=0)), size[0])
+        target = Shares(cover, np.zeros(1), 0, size[0], 0)
+        add_shares(target, 0, size[1], areas, FILL_RULES.index("non-zero"), sweep, np.zeros(1, np.int64))
+        total += np.minimum(np.maximum(cover, 0.0), 1.0).astype(np.float32)
+    return total
 
 
 def area_of(rings: Any, size: tuple[int, int]) -> Floats:
@@ -204,16 +197,6 @@ def test_what_a_line_covers_twice_is_painted_once() -> None:
     canvas.polyline([(5, 5), (55, 55), (55, 5), (5, 55)], (1.0, 1.0, 1.0, 0.5), antialias=True, width=8)
     assert canvas.pixels[30, 30, 0] == canvas.pixels[20, 20, 0] == canvas.pixels[30, 55, 0] == 128
     assert canvas.pixels[..., 0].max() == 128
-
-
-@pytest.mark.parametrize("rule", ["even-odd", "non-zero", "positive", "negative", "abs-geq-two"])
-@pytest.mark.parametrize("window", [3, 16])
-def test_windows_cover_what_the_whole_covers(rule: str, window: int, rng: np.random.Generator) -> None:
-    ring = np.concatenate([rng.uniform(-30, 70, (40, 2)), rng.integers(0, 40, (20, 2)), [[-1e6, 3], [1e6, 20], [20, -FAR]]])
-    edges = gather_edges(snap_points(ring, 16), np.array([0, len(ring)], np.int32), 37)
-    cover = np.empty((37, 41))
-    cover_by_windows(edges, FILL_RULES.index(rule), window, cover)
-    assert np.abs(cover - ss.coverage(ring, (41, 37), mode="area", fill_rule=rule)).max() < 2.0**-40
 
 
 def test_a_noisy_curve_takes_no_time() -> None:
