@@ -222,7 +222,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Race scanspan against other rasterizers.")
     parser.add_argument("--scenes", default=everything, help=f"some of {everything}, or one such as M1M alone (default: all)")
     parser.add_argument("--reps", type=int, default=5, help="repetitions, taken in turns (default: 5)")
-    parser.add_argument("--seconds", type=float, default=1.0, help="after which a peer sits out on a scene (default: 1)")
+    parser.add_argument("--seconds", type=float, default=2.0, help="after which a peer sits out on a scene (default: 2)")
     parser.add_argument("--scale", type=float, default=1.0, help="share of the triangles or such of a scene (default: 1)")
     parser.add_argument("-o", dest="output", type=Path, help="write the tables to this file as well")
     parser.add_argument("--worker", nargs=4, metavar=("PEER", "SCENE", "SCALE", "RIGHT"), help=argparse.SUPPRESS)
