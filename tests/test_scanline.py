@@ -12,6 +12,7 @@ from scanspan.geometry import fixed_point
 from scanspan.geometry.clip import to_screen
 from scanspan.geometry.project import screen_triangles
 from scanspan.raster import active_edges, edge, edge_walk, half_space, scanline, setup, span_list, write
+from scanspan.raster.algorithms import with_outlines
 from scanspan.raster.counters import COUNTERS, INSERTIONS, LEFT_OVER, OUT_OF_ORDER, SET_TWICE, SPANS, SWAPS
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.write import EMPTY_KEY
@@ -87,8 +88,8 @@ def sweeps() -> list[tuple[str, Callable[..., None], str]]:
 
 def swept(function: Callable[..., None], kind: str, triangles: Any, sampling: Any = None, size: Any = SIZE) -> Any:
     """Sweep once and return the target and what was counted."""
-    target, counters = blank(kind, size), np.zeros(COUNTERS, np.int64)
-    function(target, counters, triangles, 0, len(triangles.corners), sampling or sampling_of(size=size))
+    target, counters, within = blank(kind, size), np.zeros(COUNTERS, np.int64), sampling or sampling_of(size=size)
+    function(target, counters, with_outlines(triangles, within), 0, len(triangles.corners), within)
     return target, counters
 
 
@@ -169,8 +170,9 @@ def test_the_list_is_in_order_in_every_row_and_empty_at_the_end(
             assert counters[INSERTIONS] > 0
             with np.errstate(over="ignore"):
                 expected = blank(kind)
+                drawn = with_outlines(triangles, sampling)
                 getattr(half_space, f"half_space_{kind}")(
-                    expected, np.zeros(COUNTERS, np.int64), triangles, 0, len(triangles.corners), sampling
+                    expected, np.zeros(COUNTERS, np.int64), drawn, 0, len(triangles.corners), sampling
                 )
             assert np.array_equal(target, expected)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.jit import bare_helper, helper_kernel
+from scanspan.jit import bare_helper, kernel
 from scanspan.records import Float32Array, UInt8Array
 
 
@@ -26,7 +26,7 @@ def encode_value(light: float, thresholds: Float32Array, starts: UInt8Array) -> 
     return code + int(value >= thresholds[code])
 
 
-@helper_kernel
+@kernel
 def encode_values(light: Float32Array, thresholds: Float32Array, starts: UInt8Array, codes: UInt8Array) -> None:
     """Encode many values of light.
 
