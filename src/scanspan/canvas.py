@@ -30,13 +30,12 @@ from scanspan.raster.flood import flood_kernel
 from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.stroke_options import check_extent, check_stroke
-from scanspan.raster.trapezoids import flat_polygons
 from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
-from scanspan.target.fill import FILLS, paint_mask
+from scanspan.target.fill import FILLS, fill_polygons, paint_mask
 from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
@@ -260,8 +259,7 @@ class Canvas:
                 corners = xy[ends[0] : ends[-1]]
                 FILLS[algorithm](kind, target, corners, ends - ends[0], rule, float(values[n]), sampling, self.threads)
         else:
-            drawn = flat_polygons(xy, starts, rings, rule, values, sampling)
-            run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, self.threads)
+            fill_polygons(kind, target, xy, starts, rings, rule, values, sampling, self.threads)
 
     def _paint_areas(
         self, points: Float64Array, starts: Int32Array, rings: Int32Array, fill_rule: str, codes: UInt8Array, overlap: str

@@ -310,13 +310,14 @@ def step_edges(table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
 
 @inline_kernel
 def sweep_polygons(
-    bound: Callable[..., tuple[Any, Integer]], kept: Any, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array,
-    fill_rule: int, sampling: Sampling,
+    bound: Callable[..., tuple[Any, Integer]], kept: Any, owners: Int64Array, xy: Int64Array, ring_starts: Int32Array,
+    polygon_rings: Int32Array, fill_rule: int, sampling: Sampling,
 ) -> tuple[Any, Integer]:  # fmt: skip
     """Sweep down one polygon after the other and bound their spans; return what `bound` has kept of them, and how much.
 
-    Shapes  xy: (V, 2); ring_starts: (R + 1,) rows of xy, a ring is closed from its last point to its first; polygon_rings:
-            (P + 1,) rings. bound(kept, total, owner, edges, x, left, right, y, sampling) returns kept and total.
+    Shapes  owners: (P,), handed on as owner; xy: (V, 2); ring_starts: (R + 1,) rows of xy, a ring is closed from its last point
+            to its first; polygon_rings: (P + 1,) rings. bound(kept, total, owner, edges, x, left, right, y, sampling) returns
+            kept and total.
     Units   sub-pixels; sampling's rectangle in pixels.
     Rule    top-left, whatever sampling.rule: a sample on the left line is in, one on the right line is out. fill_rule: one
             of the five above.
@@ -347,7 +348,7 @@ def sweep_polygons(
         count: Integer = np.int64(0)
         for y in range(row, row_end):
             count = insert_edges(table, active, count, y - row, y, width)
-            kept, total = scan_row(bound, kept, total, p, table, active, count, y, fill_rule, sampling)
+            kept, total = scan_row(bound, kept, total, owners[p], table, active, count, y, fill_rule, sampling)
             count = step_edges(table, active, count, y + 1, width)
             sort_by_x(active.order, active.x, count)
     return kept, total
@@ -364,5 +365,6 @@ def cut_trapezoids(
             them; limits (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
     """
     room = Trapezoids(np.empty(CAPACITY, np.int32), np.empty((CAPACITY, 2, 4), np.int64), np.empty((CAPACITY, 4), np.int64))
-    trapezoids, total = sweep_polygons(bound_span, room, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    owners = np.arange(polygon_rings.shape[0] - 1)
+    trapezoids, total = sweep_polygons(bound_span, room, owners, xy, ring_starts, polygon_rings, fill_rule, sampling)
     return trapezoids.owner[:total].copy(), trapezoids.lines[:total].copy(), trapezoids.limits[:total].copy()

@@ -64,7 +64,8 @@ def cut_spans(
     Shapes  as for sweep_polygons.
     """
     room = np.empty((CAPACITY, SPAN_COLUMNS), np.int32)
-    spans, total = sweep_polygons(keep_span, room, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    owners = np.arange(polygon_rings.shape[0] - 1)
+    spans, total = sweep_polygons(keep_span, room, owners, xy, ring_starts, polygon_rings, fill_rule, sampling)
     kept: Int32Array = spans[:total].copy()
     return kept
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.geometry.project import no_outlines, room_for_outlines
 from scanspan.raster.polygon import EVEN_ODD, NON_ZERO, cut_trapezoids
-from scanspan.records import Float64Array, Int32Array, Int64Array, Sampling, ScreenPolygons, ScreenTriangles
+from scanspan.records import Int32Array, Sampling, ScreenPolygons, ScreenTriangles
 
 
 def draw_polygons(
@@ -51,26 +50,3 @@ def draw_polygons(
         planes=np.concatenate([triangles.planes, polygons.planes[owner]]),
     )  # fmt: skip
     return drawn, row
-
-
-def flat_trapezoids(xy: Int64Array, starts: Int32Array, fill_rule: int, value: float, sampling: Sampling) -> ScreenTriangles:
-    """Return a polygon as outlines that all have one depth, which is its colour."""
-    whole = np.array([0, len(starts) - 1], np.int32)
-    return flat_polygons(xy, starts, whole, fill_rule, np.array([value]), sampling)
-
-
-def flat_polygons(
-    xy: Int64Array, starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, values: Float64Array, sampling: Sampling
-) -> ScreenTriangles:
-    """Return polygons in order as outlines; all those of polygon p have the depth values[p], which is its colour."""
-    owner, sides, limits = cut_trapezoids(xy, starts, polygon_rings, fill_rule, sampling)
-    count = len(sides)
-    fields = no_outlines(count) | {"outline": np.arange(count, dtype=np.int32)} | room_for_outlines(count)
-    fields["lines"][:, 1:], fields["limits"][:, :4] = sides, limits
-    fields["planes"][:] = (0.0, 0.0, 0.0, -np.inf, np.inf, -np.inf, np.inf)
-    fields["planes"][:, 0] = values[owner]
-    zeros = np.zeros(count, np.int32)
-    return ScreenTriangles(
-        xy=np.zeros((1, 2), np.int64), depth=np.zeros(1), clip=np.empty((0, 4)), corners=np.zeros((count, 3), np.int32),
-        source=zeros, piece=zeros - 1, weights=np.empty((0, 3, 3)), inner=np.zeros(count, np.uint8), **fields,
-    )  # fmt: skip

@@ -1,6 +1,6 @@
 """Fills: the ways to paint a polygon, by name. All take rings on the sub-pixel grid, and none hits a pixel twice.
 
-scanline   trapezoids from an edge table and an active edge list
+scanline   spans from an edge table and an active edge list
 parity     the lectures' count of edges, at every sample of the box
 triangles  the polygon cut into triangles on its own grid, which half-space draws
 flood      the lectures' outline, and a flood fill of what it encloses
@@ -13,16 +13,16 @@ these edges. The fourth owns more: the pixels of its outline, on the border and 
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Event
 
 import numpy as np
 
 from scanspan.geometry.polygon_triangles import flat_triangles
-from scanspan.raster.algorithms import run_kernel
+from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, run_bands, run_kernel
 from scanspan.raster.seeds import OUTLINE, fill_regions
 from scanspan.raster.segment import DIAMOND_EXIT, MIDPOINT
-from scanspan.raster.trapezoids import flat_trapezoids
-from scanspan.records import Array, BoolArray, Int32Array, Int64Array, Sampling
-from scanspan.target.paint import PAINTERS, PARITY, SEGMENTS
+from scanspan.records import Array, BoolArray, Float64Array, Int32Array, Int64Array, Sampling
+from scanspan.target.paint import PAINTERS, PARITY, SCANLINE, SEGMENTS
 
 Fill = Callable[[str, Array, Int64Array, Int32Array, int, float, Sampling, int], None]
 
@@ -30,9 +30,27 @@ Fill = Callable[[str, Array, Int64Array, Int32Array, int, float, Sampling, int],
 def fill_scanline(
     kind: str, target: Array, xy: Int64Array, starts: Int32Array, rule: int, value: float, sampling: Sampling, threads: int
 ) -> None:
-    """Paint a polygon by trapezoids."""
-    drawn = flat_trapezoids(xy, starts, rule, value, sampling)
-    run_kernel(PAINTERS["edge-walk"][kind], target, drawn, sampling, threads)
+    """Paint a polygon by an edge table and an active edge list."""
+    fill_polygons(
+        kind, target, xy, starts, np.array([0, len(starts) - 1], np.int32), rule, np.array([value]), sampling, threads
+    )
+
+
+def fill_polygons(
+    kind: str, target: Array, xy: Int64Array, starts: Int32Array, polygon_rings: Int32Array, rule: int, values: Float64Array,
+    sampling: Sampling, threads: int,
+) -> None:  # fmt: skip
+    """Paint polygons in order; values are their packed colours, (P,). Each band of rows sweeps all of them."""
+    colors = values.astype(np.int64)
+
+    def fill_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Fill the rows of one band."""
+        if not stop.is_set():
+            rows = sampling._replace(y_start=y_start, y_end=y_end)
+            SCANLINE[kind](target, xy, starts, polygon_rings, rule, colors, rows)
+
+    is_small = len(xy) < SMALL and target.shape[0] * target.shape[1] < SMALL_IMAGE
+    run_bands(fill_band, len(target), 1 if is_small else threads, each=1)
 
 
 def fill_parity(

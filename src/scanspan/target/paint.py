@@ -7,18 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from scanspan.jit import kernel
+from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.micropolygon import micropolygon
 from scanspan.raster.parity import parity_fill
+from scanspan.raster.polygon import sweep_polygons
 from scanspan.raster.segment import draw_segments
 from scanspan.raster.setup import keep_flat, keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
-from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles, UInt8Array
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import blend_over, write_sample_linear, write_sample_paint, write_sample_srgb
 
 
@@ -154,6 +156,68 @@ def segments_srgb(
     )
 
 
+@inline_kernel
+def fill_span(
+    write_sample: Callable[..., None], target: Array, total: Integer, color: Integer, x: Int64Array, left: Integer,
+    right: Integer, y: Integer, sampling: Sampling,
+) -> tuple[Array, Integer]:  # fmt: skip
+    """Paint the span between two edges of a polygon in row y; what sweep_polygons takes for its owner is its colour.
+
+    Cost    an array more to hand on would be counted at every span, and cost more than all else.
+    """
+    start, end = x[left], x[right]
+    if start < end:
+        row = target[y, sampling.x_start + start : sampling.x_start + end]
+        for q in range(row.shape[0]):
+            write_sample(row, q, True, np.float64(color), 0)
+    return target, total
+
+
+@helper_kernel
+def fill_span_opaque(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+    """Fill a span of pixels of 32 bits."""
+    return fill_span(write_sample_paint, target, total, color, x, left, right, y, s)
+
+
+@helper_kernel
+def fill_span_linear(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+    """Fill a span in linear light."""
+    return fill_span(write_sample_linear, target, total, color, x, left, right, y, s)
+
+
+@helper_kernel
+def fill_span_srgb(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+    """Fill a span in sRGB values."""
+    return fill_span(write_sample_srgb, target, total, color, x, left, right, y, s)
+
+
+@kernel
+def scanline_opaque(
+    target: Int32Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    colors: Int64Array, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Polygons, one after the other, into (H, W) pixels of 32 bits."""
+    sweep_polygons(fill_span_opaque, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+
+
+@kernel
+def scanline_linear(
+    target: UInt8Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    colors: Int64Array, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Polygons, one after the other, into (H, W, 4) pixels, in linear light."""
+    sweep_polygons(fill_span_linear, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+
+
+@kernel
+def scanline_srgb(
+    target: UInt8Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    colors: Int64Array, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Polygons, one after the other, into (H, W, 4) pixels, in sRGB values."""
+    sweep_polygons(fill_span_srgb, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+
+
 @kernel
 def parity_opaque(
     target: Int32Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int, value: float, sampling: Sampling
@@ -207,4 +271,5 @@ PAINTERS: dict[str, dict[str, Callable[..., None]]] = {
 }
 SEGMENT_KERNELS: dict[str, Callable[..., None]] = {"opaque": segments_opaque, "linear": segments_linear, "srgb": segments_srgb}
 SEGMENTS: dict[str, Callable[..., None]] = {kind: partial(segments_in_all_rows, kind) for kind in SEGMENT_KERNELS}
+SCANLINE: dict[str, Callable[..., None]] = {"opaque": scanline_opaque, "linear": scanline_linear, "srgb": scanline_srgb}
 PARITY: dict[str, Callable[..., None]] = {"opaque": parity_opaque, "linear": parity_linear, "srgb": parity_srgb}

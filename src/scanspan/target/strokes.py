@@ -14,18 +14,17 @@ import numpy as np
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes
 from scanspan.jit import kernel
-from scanspan.raster.algorithms import CHUNK, SMALL, run_bands, run_kernel
+from scanspan.raster.algorithms import CHUNK, SMALL, run_bands
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.options import make_sampling
 from scanspan.raster.polygon import NON_ZERO
 from scanspan.raster.segment import DIAMOND_EXIT
-from scanspan.raster.trapezoids import flat_polygons
 from scanspan.raster.wu import draw_pairs
 from scanspan.records import Array, Float64Array, Int64Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.target.blend import blend_over
 from scanspan.target.cover import paint_polygons
-from scanspan.target.paint import PAINTERS
+from scanspan.target.fill import fill_polygons
 
 LINE_BITS = 8  # sub-pixel bits of lines whose ends lie between pixels
 SNAPPED = 1 << 14  # segments that are put on the grid at once, so that they stay in the cache
@@ -98,6 +97,6 @@ def paint_covered(pixels: UInt8Array, shapes: Shapes, values: Float64Array, is_o
     size = pixels.shape[1], pixels.shape[0]
     sampling = make_sampling(size, sample_offsets(1, LINE_BITS)[0], rule="top-left", cull="none", subpixel_bits=LINE_BITS)
     starts, polygons = shapes.ring_starts.astype(np.int32), shapes.shape_rings.astype(np.int32)
-    drawn = flat_polygons(snap_points(shapes.xy, LINE_BITS), starts, polygons, NON_ZERO, values, sampling)
-    target = pixels.view(np.int32)[..., 0] if is_opaque else pixels
-    run_kernel(PAINTERS["edge-walk"]["opaque" if is_opaque else blend], target, drawn, sampling, threads)
+    target, kind = (pixels.view(np.int32)[..., 0], "opaque") if is_opaque else (pixels, blend)
+    xy = snap_points(shapes.xy, LINE_BITS)
+    fill_polygons(kind, target, xy, starts, polygons, NON_ZERO, values, sampling, threads)
