@@ -27,12 +27,13 @@ from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.area_pieces import make_sweep
 from scanspan.raster.options import check_subpixel_bits, check_threads, make_sampling
 from scanspan.raster.shares import TILE, Shares, add_shares, largest_share, sum_shares
-from scanspan.raster.spans import count_spans, cut_spans, rank_spans, sum_spans
+from scanspan.raster.spans import count_inside, count_spans, cut_spans, rank_inside, rank_spans, sum_spans
 from scanspan.raster.touched import touch_spans
 from scanspan.records import Array, Int32Array, Sampling
 from scanspan.samples import sample_offsets
 from scanspan.target.image import MAX_PIXELS
 
+MANY = 100  # polygons
 MODES = ("center", "touched", "area")
 
 
@@ -80,8 +81,8 @@ class Block:
                 rows = whole._replace(y_start=window.y_start + y_start, y_end=window.y_start + y_end)
                 draw(target[y_start:y_end], rows)
 
-        # Let a band of what is written in any order stay in the cache.
-        scattered = self.mode != "center" and len(self.xy) >= SMALL
+        # Let a band of what is written in any order stay in the cache; few polygons are swept from the top once.
+        scattered = self.mode != "center" and len(self.polygon_rings) > MANY
         passes = -(-(target.nbytes + 8 * window.width * window.height) // PASS_BYTES) if scattered else 1
         run_bands(draw_band, window.height, self.threads, passes)
         return target
@@ -94,13 +95,22 @@ class Block:
 
     def rank(self, rank: Int32Array) -> Array:
         """Return the highest rank of the polygons at each pixel, int32, -1 for none."""
+        if self.mode == "center":
+            return self.inside(rank_inside, -1, rank.astype(np.int64))
         return self.fill((), np.int32, -1, lambda rows, s: rank_spans(rows, self.spans(s), rank, s.x_start, s.y_start))
 
     def count(self) -> Array:
         """Return how many polygons are at each pixel, int32; for "area" how much of it they cover, float64."""
         if self.mode == "area":
             return self.share(add_shares, (), 0.0, np.zeros(len(self.polygon_rings) - 1))
+        if self.mode == "center":
+            return self.inside(count_inside, 0, np.zeros(len(self.polygon_rings) - 1, np.int64))
         return self.fill((), np.int32, 0, lambda rows, s: count_spans(rows, self.spans(s), s.x_start, s.y_start))
+
+    def inside(self, kernel: Callable[..., None], start: int, rank: Array) -> Array:
+        """Return what a kernel of raster/spans.py makes of the samples that polygons hold, int32."""
+        shapes = (self.xy, self.ring_starts, self.polygon_rings, self.rule)
+        return self.fill((), np.int32, start, lambda rows, s: kernel(rows, rank, *shapes, s))
 
     def sum(self, values: NDArray[np.float64]) -> tuple[Array, Array]:
         """Return how many polygons are at each pixel, and the sum of their values; for "area" both weighted by shares."""

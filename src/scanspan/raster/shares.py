@@ -19,7 +19,7 @@ from scanspan.raster.area_edges import UNIT
 from scanspan.raster.area_pieces import AreaSweep
 from scanspan.records import Float64Array, Int64Array, Integer
 
-TILE = 2048  # columns
+TILE = 4096  # columns
 QUANTUM = 2.0**32  # parts of a pixel in which shares are compared, so that what was rounded decides no tie
 
 

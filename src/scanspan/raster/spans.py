@@ -70,6 +70,51 @@ def cut_spans(
     return kept
 
 
+@helper_kernel
+def count_span(
+    target: Int32Array, total: Integer, owner: Integer, edges: Int64Array, x: Int64Array, left: Integer, right: Integer,
+    y: Integer, sampling: Sampling,
+) -> tuple[Int32Array, Integer]:  # fmt: skip
+    """Count a polygon at the samples between two edges in row y; target: (h, w), the rectangle of the sampling."""
+    row = target[y - sampling.y_start, x[left] : max(x[right], x[left])]
+    for q in range(row.shape[0]):
+        row[q] += np.int32(1)
+    return target, total
+
+
+@helper_kernel
+def rank_span(
+    target: Int32Array, total: Integer, owner: Integer, edges: Int64Array, x: Int64Array, left: Integer, right: Integer,
+    y: Integer, sampling: Sampling,
+) -> tuple[Int32Array, Integer]:  # fmt: skip
+    """Keep the highest rank at the samples between two edges in row y; the owner is a rank."""
+    row, rank = target[y - sampling.y_start, x[left] : max(x[right], x[left])], np.int32(owner)
+    for q in range(row.shape[0]):
+        row[q] = max(row[q], rank)
+    return target, total
+
+
+@kernel
+def count_inside(
+    target: Int32Array, rank: Int64Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Count the polygons that hold each sample: what count_spans makes of cut_spans, with no spans in between.
+
+    Shapes  target: (h, w), the rectangle of the sampling; rank: (P,), of no account; the others as for sweep_polygons.
+    """
+    sweep_polygons(count_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
+
+
+@kernel
+def rank_inside(
+    target: Int32Array, rank: Int64Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Keep at each sample the highest rank of the polygons that hold it; shapes as for count_inside."""
+    sweep_polygons(rank_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
+
+
 @kernel
 def rank_spans(target: Int32Array, spans: Int32Array, rank: Int32Array, x_start: int, y_start: int) -> None:
     """Keep in each pixel the highest rank of the polygons there.
