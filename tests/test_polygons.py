@@ -406,6 +406,12 @@ def test_more_points_than_can_be_numbered(monkeypatch: pytest.MonkeyPatch) -> No
     assert Polygons([SQUARE, TRIANGLE]).count == 2
 
 
+def test_one_colour_may_be_a_name() -> None:
+    assert Polygons([SQUARE, TRIANGLE], colors="tomato").colors.tolist() == [255, 99, 71, 255]
+    with pytest.raises(InputError, match="'redd' is no colour; did you mean 'red'"):
+        Polygons([SQUARE], colors="redd")
+
+
 def test_fill_rules_are_in_the_order_of_the_kernel() -> None:
     from scanspan.raster.polygon import EVEN_ODD, NON_ZERO
 

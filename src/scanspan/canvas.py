@@ -19,6 +19,7 @@ from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alph
 from scanspan.assets.lens import check_size
 from scanspan.assets.polygon_lists import as_polygons
 from scanspan.assets.rings import FILL_RULES, as_points, as_rings
+from scanspan.color.names import parse_color
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import cull_triangles, screen_triangles
@@ -32,7 +33,6 @@ from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYM
 from scanspan.raster.stroke_options import check_extent, check_stroke
 from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
-from scanspan.shade.color import parse_color
 from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
 from scanspan.target.fill import FILLS, fill_polygons, paint_mask

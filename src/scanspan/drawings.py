@@ -9,10 +9,10 @@ import numpy as np
 from scanspan.assets.drawing import Drawing, Shape, Style, bounds_of_shapes, flatten, load_drawing
 from scanspan.assets.lens import check_size
 from scanspan.canvas import Canvas
+from scanspan.color.names import parse_color
 from scanspan.errors import InputError, unknown_name
 from scanspan.raster.options import check_flag
 from scanspan.records import Float64Array
-from scanspan.shade.color import parse_color
 
 LONGER_SIDE = 1280  # pixels of a drawing that names no size
 FITS = ("page", "content")

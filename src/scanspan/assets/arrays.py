@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from scanspan.color.names import parse_color
 from scanspan.errors import InputError
 
 
@@ -133,8 +134,10 @@ def check_range(array: NDArray[Any], vertex_count: int, name: str) -> None:
 def as_colors(values: ArrayLike, rows: Sequence[int], name: str) -> NDArray[Any]:
     """Return colours as (4,) or (N, 4), uint8 0..255 or float32 0..1, by type; a missing alpha is opaque.
 
-    `rows` are the counts that are allowed for (N, 3) and (N, 4); one colour for all, (3,) or (4,), always is.
+    `rows` are the counts that are allowed for (N, 3) and (N, 4); one colour for all, (3,) or (4,) or a CSS name, always is.
     """
+    if isinstance(values, str):
+        return np.rint(parse_color(values) * 255.0).astype(np.uint8)
     array = as_array(values, name)
     if array.ndim not in (1, 2) or array.shape[-1] not in (3, 4) or (array.ndim == 2 and len(array) not in rows):
         counts = " or ".join(str(count) for count in dict.fromkeys(rows))

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import as_array
+from scanspan.color.names import parse_color, to_float_colors
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import quote
 from scanspan.records import Array, Float64Array, Int64Array, UInt8Array
-from scanspan.shade.color import parse_color, to_float_colors
 
 SCALES = ("linear", "log", "equalize")
 STEPS = 256  # colours of a continuous colormap

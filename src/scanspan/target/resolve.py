@@ -16,11 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.color.names import parse_color
 from scanspan.color.transfer import STARTS, linear_from_srgb
 from scanspan.errors import InputError, unknown_name
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Float32Array, UInt8Array
-from scanspan.shade.color import THRESHOLDS, parse_color
+from scanspan.shade.color import THRESHOLDS
 from scanspan.shade.srgb import encode_value
 
 BLENDS = ("linear", "srgb")

@@ -20,10 +20,10 @@ from scanspan.assets.camera import Camera
 from scanspan.assets.framing import DIRECTIONS, direction_towards_eye, parse_up
 from scanspan.assets.lens import check_size
 from scanspan.assets.scene import UPS, Scene
+from scanspan.color.names import parse_color
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import cross, unit
 from scanspan.records import Float64Array
-from scanspan.shade.color import parse_color
 
 
 class Shot(NamedTuple):
