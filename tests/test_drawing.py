@@ -83,7 +83,7 @@ def test_styles_are_read(tmp_path: Path) -> None:
 
 def test_what_is_not_drawn_is_noted_once(tmp_path: Path) -> None:
     inside = '<text x="1" y="5">a</text><text x="1" y="9">b</text><path d="M0 0H9V9Z" fill="url(#none)"/>'
-    assert svg(tmp_path, inside).notes == ("text are not drawn", "gradients and patterns are not drawn")
+    assert svg(tmp_path, inside).notes == ("texts are not drawn", "gradients and patterns are not drawn")
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_what_is_not_drawn_is_noted_once(tmp_path: Path) -> None:
         ("", "it is empty"),
         ("<svg", "the file is damaged (ParseError: unclosed token: line 1, column 0)"),
         (f"{SVG}/>", "there is nothing in it to draw"),
-        (f'{SVG}><text x="1">a</text></svg>', "there is nothing in it to draw; text are not drawn"),
+        (f'{SVG}><text x="1">a</text></svg>', "there is nothing in it to draw; texts are not drawn"),
         (f'{SVG}><g id="a"><use xlink:href="#a"/><path d="M0 0H1"/></g></svg>', "it is nested too deeply, or refers to itself"),
     ],
 )

@@ -130,7 +130,7 @@ def test_the_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["draw", str(path), "-o", str(out), "--size", "40x20", "--fill", "red", "--no-antialias"]) == 0
     printed = capsys.readouterr()
     assert printed.out == f"{out}\n"
-    assert "text are not drawn" in printed.err
+    assert "texts are not drawn" in printed.err
     from scanspan.target.image import read_image
 
     assert np.array_equal(read_image(out), ss.draw(path, (40, 20), fill="red", antialias=False).pixels)

@@ -22,7 +22,7 @@ MAX_ELEMENTS = 1_000_000
 PIXELS_PER_INCH = 96.0
 CURVES = (svgelements.CubicBezier, svgelements.QuadraticBezier, svgelements.Arc)
 NOT_DRAWN = {
-    "text": "text", "image": "pictures", "mask": "masks", "filter": "filters", "marker": "markers", "pattern": "patterns",
+    "text": "texts", "image": "pictures", "mask": "masks", "filter": "filters", "marker": "markers", "pattern": "patterns",
     "foreignObject": "foreign objects",
 }  # fmt: skip
 
