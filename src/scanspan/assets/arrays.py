@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from scanspan.color.names import parse_color
 from scanspan.errors import InputError
 
 
@@ -137,6 +136,9 @@ def as_colors(values: ArrayLike, rows: Sequence[int], name: str) -> NDArray[Any]
     `rows` are the counts that are allowed for (N, 3) and (N, 4); one colour for all, (3,) or (4,) or a CSS name, always is.
     """
     if isinstance(values, str):
+        # Pillow knows the names; reading a model need not load it.
+        from scanspan.color.names import parse_color
+
         return np.rint(parse_color(values) * 255.0).astype(np.uint8)
     array = as_array(values, name)
     if array.ndim not in (1, 2) or array.shape[-1] not in (3, 4) or (array.ndim == 2 and len(array) not in rows):
