@@ -11,6 +11,7 @@ import scanspan as ss
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.raster import area
 from scanspan.raster.area_pieces import make_sweep
+from scanspan.raster.shares import Shares, add_shares
 from tests import slow_area
 
 LIMIT = 2.0**-40
@@ -34,7 +35,9 @@ def in_bands(rings, size, rule, step):
     out = np.zeros((size[1], size[0]))
     for y in range(0, size[1], step):
         sweep = make_sweep(len(areas.edges), size[0])
-        area.area_rows(out, y, min(y + step, size[1]), areas, rule, sweep, np.zeros(1, np.int64))
+        y_end = min(y + step, size[1])
+        target = Shares(out[y:y_end], np.zeros(1), 0, size[0], y)
+        add_shares(target, y, y_end, areas, rule, sweep, np.zeros(1, np.int64))
     return out
 
 

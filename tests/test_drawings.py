@@ -100,7 +100,7 @@ def test_points_are_discs(tmp_path: Path) -> None:
     ("options", "message"),
     [
         ({"fit": "pages"}, "unknown fit 'pages'; did you mean 'page'? The valid ones are: page, content"),
-        ({"stroke_width": -1}, "stroke_width = -1: must be a number of pixels from 0 to 65536"),
+        ({"stroke_width": -1}, "stroke_width = -1: must be a number from 0 to 65536"),
         ({"antialias": 1}, "antialias = 1: must be True or False"),
         ({"fill": "blu"}, "'blu' is no colour; did you mean 'blue'?"),
         ({"size": (0, 5)}, "size = (0, 5)"),

@@ -198,8 +198,8 @@ def unwanted_text(text: str) -> list[str]:
 def test_no_machine_path_and_no_registry_address() -> None:
     found = []
     for path in kept_files():
-        # These two name what they refuse.
-        if path == Path(__file__).resolve() or path == ROOT / "scripts" / "lock.py":
+        # This names what it takes out of the lock files.
+        if path == ROOT / "scripts" / "lock.py":
             continue
         content = path.read_bytes()
         if b"\0" not in content:
@@ -207,7 +207,9 @@ def test_no_machine_path_and_no_registry_address() -> None:
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("line", ["open('/tmp/x')", "see /home/me/x", "https://pypi.org/simple", '"resolved": "https://x"'])
+@pytest.mark.parametrize(
+    "line", ["open('/" + "tmp/x')", "see /" + "home/me/x", "https://pypi" + ".org/simple", '"resolved": ' + '"https://x"']
+)
 def test_unwanted_text_is_found(line: str) -> None:
     assert unwanted_text(line) == [line]
 

@@ -22,10 +22,9 @@ from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.project import screen_triangles
 from scanspan.geometry.world import World, cut_segments, cut_triangles, make_world, to_pixels
 from scanspan.homogeneous import quote
-from scanspan.raster.options import check_flag, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.options import check_flag, check_subpixel_bits, check_threads, sample_centers
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, SYMMETRIC
 from scanspan.records import Array, Float64Array
-from scanspan.samples import sample_offsets
 from scanspan.target.gather import gather_points, gather_segments, gather_triangles
 from scanspan.target.image import MAX_PIXELS
 from scanspan.target.reduce import REDUCTIONS, finish, make_target
@@ -143,9 +142,7 @@ def aggregate_triangles(
     per_corner = values if values.ndim == 2 else np.repeat(values, 3).reshape(-1, 3)
     corners, per_corner = cut_triangles(corners_in_pixels(plotted, world), per_corner, size, subpixel_bits)
     screen = screen_triangles(corners, subpixel_bits)._replace(depth=per_corner.reshape(-1))
-    sampling = make_sampling(
-        size, sample_offsets(1, subpixel_bits)[0], rule="top-left", cull="none", subpixel_bits=subpixel_bits
-    )
+    sampling = sample_centers(size, subpixel_bits)
     target = make_target(reduce, size[0] * size[1])
     shaped = target.reshape(size[1], size[0], *target.shape[1:])
     gather_triangles(reduce, shaped, screen, sampling, threads)

@@ -28,7 +28,15 @@ from scanspan.raster.algorithms import ALGORITHMS, run_kernel
 from scanspan.raster.aperture import check_antialias, weigh
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
-from scanspan.raster.options import OffscreenPoint, check_flag, check_integer, check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.options import (
+    OffscreenPoint,
+    check_flag,
+    check_integer,
+    check_subpixel_bits,
+    check_threads,
+    make_sampling,
+    sample_centers,
+)
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.stroke_options import check_extent, check_stroke
 from scanspan.records import Float64Array, Int32Array, UInt8Array
@@ -37,7 +45,7 @@ from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
 from scanspan.target.fill import FILLS, fill_polygons, paint_mask
 from scanspan.target.gouraud import paint_gouraud
-from scanspan.target.image import png_bytes, write_image
+from scanspan.target.image import MAX_PIXELS, png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
 from scanspan.target.strokes import LINE_BITS, paint_segments, pairs_kernel, snap_segments
 from scanspan.target.stroking import cover_points, stroke_chain, stroke_segments
@@ -52,7 +60,6 @@ LINES = {
 }
 BLENDS = ("linear", "srgb")
 OVERLAPS = ("over", "disjoint")
-MAX_PIXELS = 1 << 28
 
 
 class Canvas:
@@ -203,7 +210,7 @@ class Canvas:
             self._paint_areas(points, starts, np.array([0, len(starts) - 1], np.int32), fill_rule, code[None], "over")
             return
         xy = snap_points(points, bits)
-        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+        sampling = sample_centers(self.size, bits)
         kind, target = self._target(int(code[3]) == 255)
         value, rule = float(pack_colors(code)), FILL_RULES.index(fill_rule)
         FILLS[algorithm](kind, target, xy, starts, rule, value, sampling, self.threads)
@@ -251,7 +258,7 @@ class Canvas:
             self._paint_areas(points, starts, rings, fill_rule, codes, overlap)
             return
         xy, values = snap_points(points, bits), pack_colors(codes)
-        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule="top-left", cull="none", subpixel_bits=bits)
+        sampling = sample_centers(self.size, bits)
         kind, target = self._target(bool((codes[:, 3] == 255).all()))
         if algorithm != "scanline":
             for n in range(count):

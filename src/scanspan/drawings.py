@@ -10,8 +10,8 @@ from scanspan.assets.drawing import Drawing, Shape, Style, bounds_of_shapes, fla
 from scanspan.assets.lens import check_size
 from scanspan.canvas import Canvas
 from scanspan.color.names import parse_color
-from scanspan.errors import InputError, unknown_name
-from scanspan.raster.options import check_flag
+from scanspan.errors import unknown_name
+from scanspan.raster.options import check_flag, check_number
 from scanspan.records import Float64Array
 
 LONGER_SIDE = 1280  # pixels of a drawing that names no size
@@ -46,8 +46,7 @@ def draw(
     """
     opened = drawing if isinstance(drawing, Drawing) else load_drawing(drawing)
     smooth = check_flag("antialias", antialias)
-    if stroke_width is not None and not (isinstance(stroke_width, (int, float)) and 0 <= stroke_width <= 1 << 16):
-        raise InputError(f"stroke_width = {stroke_width!r}: must be a number of pixels from 0 to {1 << 16}")
+    thick = None if stroke_width is None else check_number("stroke_width", stroke_width, 0, 1 << 16)
     if fit not in FITS:
         raise unknown_name("fit", fit, FITS)
     if fit == "content":
@@ -59,7 +58,7 @@ def draw(
     thickness = 1.0 if opened.is_upward else float(abs(scale[0]))
     shapes = []
     for shape in opened.shapes:
-        style = shape.style._replace(width=shape.style.width * thickness if stroke_width is None else float(stroke_width))
+        style = shape.style._replace(width=shape.style.width * thickness if thick is None else thick)
         if fill is not None and style.fill is not None:
             style = style._replace(fill=inside)
         if stroke is not None and style.stroke is not None:

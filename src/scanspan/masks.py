@@ -25,12 +25,11 @@ from scanspan.raster.aperture import APERTURES, weigh
 from scanspan.raster.area import make_areas
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.area_pieces import make_sweep
-from scanspan.raster.options import check_subpixel_bits, check_threads, make_sampling
+from scanspan.raster.options import check_subpixel_bits, check_threads, sample_centers
 from scanspan.raster.shares import TILE, Shares, add_shares, largest_share, sum_shares
 from scanspan.raster.spans import count_inside, count_spans, cut_spans, rank_inside, rank_spans, sum_spans
 from scanspan.raster.touched import touch_spans
 from scanspan.records import Array, Int32Array, Sampling
-from scanspan.samples import sample_offsets
 from scanspan.target.image import MAX_PIXELS
 
 MANY = 100  # polygons
@@ -71,9 +70,7 @@ class Block:
     def fill(self, shape: tuple[int, ...], dtype: Any, start: Any, draw: Callable[[Array, Sampling], None]) -> Array:
         """Return an array for the window, filled in bands of rows; `draw` is given the rows of a band and their sampling."""
         window, target = self.window, np.full((self.window.height, self.window.width, *shape), start, dtype)
-        whole = make_sampling(
-            self.size, sample_offsets(1, self.bits)[0], rule="top-left", cull="none", subpixel_bits=self.bits
-        )._replace(x_start=window.x_start, x_end=window.x_start + window.width)
+        whole = sample_centers(self.size, self.bits)._replace(x_start=window.x_start, x_end=window.x_start + window.width)
 
         def draw_band(y_start: int, y_end: int, stop: Event) -> None:
             """Draw some rows."""

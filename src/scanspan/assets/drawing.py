@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.assets.formats.files import DiskFolder, Limits, ModelFile, read_regular
-from scanspan.errors import FormatError, InputError, LimitError, unknown_name
+from scanspan.assets.formats.files import DiskFolder, Limits, ModelFile
+from scanspan.assets.load import as_limit, as_path, read_content
+from scanspan.errors import FormatError, LimitError, unknown_name
 from scanspan.records import BoolArray, Float64Array
 
 READERS = {"svg": "read_svg", "geojson": "read_map", "json": "read_map", "topojson": "read_map"}
@@ -127,23 +128,12 @@ def load_drawing(path: str | os.PathLike[str], *, file_type: str | None = None, 
     FormatError : when it cannot be read, with the place.
     LimitError : when it is larger than the limit.
     """
-    name = os.fspath(path)
+    name, most = as_path(path), as_limit(max_bytes, "max_bytes")
     kind = file_type or os.path.splitext(name)[1].lower().removeprefix(".")
     if kind not in READERS:
         raise unknown_name("file type", kind, READERS)
-    try:
-        content = read_regular(FilePath(name), max_bytes)
-    except IsADirectoryError:
-        raise FormatError(name, "it is a folder, expected a drawing") from None
-    except FileNotFoundError:
-        raise FormatError(name, "there is no such file") from None
-    except OSError as error:
-        raise FormatError(name, (error.strerror or str(error)).lower()) from None
-    except InputError:
-        raise
-    except ValueError:
-        raise FormatError(repr(name), "it is not a name of a file") from None
-    file = ModelFile(name, content, DiskFolder(FilePath(name).parent), Limits(max_bytes, 0, 0, 0), "error")
+    content = read_content(name, most, "a drawing")
+    file = ModelFile(name, content, DiskFolder(FilePath(name).parent), Limits(most, 0, 0, 0), "error")
     if not content.strip():
         raise file.error("it is empty")
     read = getattr(import_module(f"scanspan.assets.formats.{READERS[kind]}"), READERS[kind])

@@ -78,9 +78,9 @@ def load(
         as_limit(max_texture_pixels, "max_texture_pixels"),
         as_limit(max_face_corners, "max_face_corners"),
     )
-    name = _as_path(path)
+    name = as_path(path)
     kind = _kind_of(name, file_type)
-    content = _read(name, limits)
+    content = read_content(name, limits.bytes, "a model file")
     if not content:
         raise FormatError(name, "the file is empty")
     file = ModelFile(name, content, DiskFolder(Path(name).parent), limits, nonfinite)
@@ -105,7 +105,7 @@ def as_limit(value: int, name: str) -> int:
     return value
 
 
-def _as_path(path: str | os.PathLike[str]) -> str:
+def as_path(path: str | os.PathLike[str]) -> str:
     """Return a path as text."""
     try:
         name = os.fspath(path)
@@ -147,12 +147,12 @@ def _stat(name: str) -> None:
         raise FormatError(name, _reason(error)) from None
 
 
-def _read(name: str, limits: Limits) -> bytes:
-    """Return all bytes of the model file."""
+def read_content(name: str, max_bytes: int, expected: str) -> bytes:
+    """Return all bytes of a file; `expected` says in messages what it should have been."""
     try:
-        return read_regular(Path(name), limits.bytes)
+        return read_regular(Path(name), max_bytes)
     except IsADirectoryError:
-        raise FormatError(name, "it is a folder, expected a model file") from None
+        raise FormatError(name, f"it is a folder, expected {expected}") from None
     except OSError as error:
         raise FormatError(name, _reason(error)) from None
     except LimitError:

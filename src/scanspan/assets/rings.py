@@ -13,7 +13,7 @@ from scanspan.errors import InputError
 from scanspan.records import Float64Array, Int32Array, Int64Array
 
 FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
-MAX_COORDINATE = 1 << 24  # pixels, as in geometry/fixed_point.py
+MAX_COORDINATE = 1 << 24  # pixels; screen coordinates beyond it are refused or cut back, see geometry/fixed_point.py
 
 
 def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:

@@ -18,12 +18,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.assets.rings import MAX_COORDINATE as MAX_COORDINATE
 from scanspan.jit import helper_kernel
 from scanspan.records import Float64Array, Int64Array, Integer
 
 MAX_SUBPIXEL_BITS = 16
 MIN_SUBPIXEL_BITS = 4  # the standard sample positions are sixteenths of a pixel
-MAX_COORDINATE = 1 << 24  # pixels; screen coordinates beyond it are refused or cut back
 MAX_SIDE = 1 << 18  # pixels along one side of an image; see edge_start in raster/edge.py
 
 HALF_BITS = np.int64(20)

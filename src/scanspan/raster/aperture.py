@@ -22,7 +22,7 @@ import numpy as np
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.jit import bare_kernel
-from scanspan.raster.area import Areas, area_kernel, gather_edges, make_areas
+from scanspan.raster.area import Areas, make_areas
 from scanspan.raster.area_edges import AREA_BITS, CORNER_COLUMNS, UNIT
 from scanspan.raster.area_pieces import AreaSweep, make_sweep
 from scanspan.raster.area_row import sweep_row
@@ -120,25 +120,22 @@ def gaussian_coverage(xy: Int64Array, ring_starts: Int32Array, fill_rule: int, s
 
 
 def weigh(points: Float64Array, ring_starts: Int32Array, fill_rule: int, size: tuple[int, int], aperture: str) -> Float64Array:
-    """Return how much of each pixel a polygon covers, (H, W), through an aperture.
+    """Return how much a polygon covers of pixels that are wider than their squares, (H, W).
 
     Parameters
     ----------
     points : (V, 2) corners in pixels, within 2^24 pixels.
     ring_starts, fill_rule, size : as for tent_coverage.
-    aperture : one of APERTURES.
+    aperture : "tent" or "gaussian".
     """
-    xy, out = snap_points(points, int(AREA_BITS)), np.empty((size[1], size[0]))
+    xy = snap_points(points, int(AREA_BITS))
     if aperture == "tent":
         return tent_coverage(xy, ring_starts, fill_rule, size)
-    if aperture == "gaussian":
-        if max(size) > MAX_SIDE or (len(points) and np.abs(points).max() > MAX_REACH):
-            raise LimitError(
-                f"aperture = 'gaussian': the limits are {MAX_SIDE} pixels a side and corners within {MAX_REACH} pixels"
-            )
-        return gaussian_coverage(xy, ring_starts, fill_rule, size)
-    area_kernel(gather_edges(xy, ring_starts, size[1]), fill_rule, out)
-    return out
+    if max(size) > MAX_SIDE or (len(points) and np.abs(points).max() > MAX_REACH):
+        raise LimitError(
+            f"aperture = 'gaussian': the limits are {MAX_SIDE} pixels a side and corners within {MAX_REACH} pixels"
+        )
+    return gaussian_coverage(xy, ring_starts, fill_rule, size)
 
 
 def check_antialias(value: Any) -> str:

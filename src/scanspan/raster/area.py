@@ -28,26 +28,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scanspan.jit import bare_helper, bare_kernel, inline_kernel
+from scanspan.jit import bare_kernel, inline_kernel
 from scanspan.raster.area_edges import (
     AREA_BITS,
     BLOCK_BITS,
     BLOCK_MASK,
     CORNER_COLUMNS,
     PIXEL,
-    UNIT,
     X0,
     X1,
     Y0,
     Y1,
     gather_areas,
-    gather_edges,
 )  # fmt: skip
-from scanspan.raster.area_pieces import AreaSweep, make_sweep
+from scanspan.raster.area_pieces import AreaSweep
 from scanspan.raster.area_row import sweep_row
-from scanspan.records import Float64Array, Int32Array, Int64Array, Integer
-
-__all__ = ["AREA_BITS", "area_kernel", "gather_areas", "gather_edges"]
+from scanspan.records import Int32Array, Int64Array, Integer
 
 
 @inline_kernel
@@ -151,33 +147,3 @@ def sweep_areas(
         for y in range(row, row_end):
             count, following = sweep_row(sweep, count, following, last - first, y, fill_rule)
             spread_row(write_cover, target, y, sweep.sums, sweep.blocks, boxes[n, 0], boxes[n, 1], colors[n], flag)
-
-
-@bare_helper
-def write_share(
-    target: Float64Array, y: Integer, start: Integer, end: Integer, cover: Integer, color: Integer, flag: int
-) -> None:
-    """Write how much of each pixel of a run is covered."""
-    share = np.float64(cover) / UNIT
-    for x in range(start, end):
-        target[y, x] = share
-
-
-@bare_kernel
-def area_rows(
-    out: Float64Array, y_start: int, y_end: int, areas: Areas, fill_rule: int, sweep: AreaSweep, colors: Int64Array
-) -> None:
-    """Write how much of each pixel a polygon covers, in some rows.
-
-    Shapes  out: (H, W) float64, 0 before, and then 0 to 1 but for 2^-40.
-    """
-    sweep_areas(write_share, out, y_start, y_end, areas, fill_rule, sweep, colors, 0)
-
-
-def area_kernel(edges: Int64Array, fill_rule: int, out: Float64Array) -> None:
-    """Write how much of each pixel a polygon covers: the rows of an image, from edges that gather_edges gave."""
-    out[:] = 0.0
-    starts, boxes = np.array([0, len(edges)]), np.empty((1, 4), np.int64)
-    find_boxes(edges, starts, out.shape[1], len(out), boxes)
-    sweep = make_sweep(len(edges), out.shape[1])
-    area_rows(out, 0, len(out), Areas(edges, starts, boxes), fill_rule, sweep, np.zeros(1, np.int64))

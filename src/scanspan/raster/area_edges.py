@@ -40,26 +40,18 @@ BLOCK_BITS = np.int64(5)  # columns are marked in blocks of 32
 BLOCK_MASK = np.int64(31)
 
 
-def gather_edges(xy: Int64Array, ring_starts: Int32Array, height: int) -> Int64Array:
-    """Return the edges of a polygon that go up or down within some rows, each from its upper end, ordered by it: (N, 5).
+def gather_areas(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int
+) -> tuple[Int64Array, Int64Array]:
+    """Return the edges of polygons that go up or down within some rows, and where those of each polygon start, (P + 1,).
+
+    Each comes from its upper end, (N, 5), those of a polygon ordered by it.
 
     Parameters
     ----------
     xy : (V, 2) corners in sub-pixels of AREA_BITS bits.
     ring_starts : (R + 1,) rows of xy.
     height : how many rows there are.
-    """
-    return gather_areas(xy, ring_starts, np.array([0, len(ring_starts) - 1], np.int32), height)[0]
-
-
-def gather_areas(
-    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int
-) -> tuple[Int64Array, Int64Array]:
-    """Return the edges of polygons, (N, 5) as of one, and where those of each polygon start, (P + 1,).
-
-    Parameters
-    ----------
-    xy, ring_starts, height : as for `gather_edges`.
     polygon_rings : (P + 1,) polygon p has the rings polygon_rings[p] to polygon_rings[p + 1].
     """
     after = np.arange(1, len(xy) + 1)

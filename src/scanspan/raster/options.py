@@ -17,6 +17,7 @@ from scanspan.errors import InputError, unknown_name
 from scanspan.geometry.fixed_point import MAX_COORDINATE, MAX_SUBPIXEL_BITS, MIN_SUBPIXEL_BITS
 from scanspan.raster.edge import BOTTOM_LEFT, EXCLUSIVE, INCLUSIVE, INSIDE, OFFSCREEN_POINT, SAMPLE, TOP_LEFT, TOUCHED
 from scanspan.records import Sampling
+from scanspan.samples import sample_offsets
 
 RULES = {
     "top-left": TOP_LEFT,
@@ -107,6 +108,12 @@ def check_threads(value: Any) -> int:
         available = getattr(os, "sched_getaffinity", None)
         return len(available(0)) if available else os.cpu_count() or 1
     return check_integer("threads", value, 1, 4096)
+
+
+def sample_centers(size: tuple[int, int], subpixel_bits: int) -> Sampling:
+    """Return the sampling of polygons and lines: at centres, top-left, nothing culled."""
+    offset = sample_offsets(1, subpixel_bits)[0]
+    return make_sampling(size, offset, rule="top-left", cull="none", subpixel_bits=subpixel_bits)
 
 
 def make_sampling(

@@ -28,14 +28,6 @@ class Stroke(NamedTuple):
         """Whether it is one pixel wide and nothing else was asked for."""
         return self.width == 1 and self.cap == "butt" and self.dash is None
 
-    @property
-    def dashes_may_meet(self) -> bool:
-        """Whether the caps of dashes may reach into each other."""
-        if self.dash is None or self.cap == "butt":
-            return False
-        pattern = np.concatenate([self.dash, self.dash]) if len(self.dash) % 2 else self.dash
-        return bool(pattern[1::2].min() < self.width)
-
 
 def check_extent(name: str, value: Any) -> float:
     """Return a number of pixels above 0 and at most 2^18, or raise an InputError that quotes it."""

@@ -53,7 +53,10 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
 
 @bare_helper
 def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
-    """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits."""
+    """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits.
+
+    A masked store: to select would read and write back what is not painted, at twice the time where triangles are small.
+    """
     color = np.int64(depth)
     if inside:
         row[q] = np.int32(color - (color >> 31 << 32))

@@ -16,12 +16,11 @@ from scanspan.geometry.stroke import Shapes
 from scanspan.jit import kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, run_bands
 from scanspan.raster.area_edges import AREA_BITS
-from scanspan.raster.options import make_sampling
+from scanspan.raster.options import sample_centers
 from scanspan.raster.polygon import NON_ZERO
 from scanspan.raster.segment import DIAMOND_EXIT
 from scanspan.raster.wu import draw_pairs
 from scanspan.records import Array, Float64Array, Int64Array, UInt8Array
-from scanspan.samples import sample_offsets
 from scanspan.target.blend import blend_over
 from scanspan.target.cover import paint_polygons
 from scanspan.target.fill import fill_polygons
@@ -95,7 +94,7 @@ def paint_shapes(target: UInt8Array, shapes: Shapes, values: Float64Array, is_li
 def paint_covered(pixels: UInt8Array, shapes: Shapes, values: Float64Array, is_opaque: bool, blend: str, threads: int) -> None:
     """Paint shapes in order, each where it holds centres of pixels by the non-zero rule; arguments as for stroke_segments."""
     size = pixels.shape[1], pixels.shape[0]
-    sampling = make_sampling(size, sample_offsets(1, LINE_BITS)[0], rule="top-left", cull="none", subpixel_bits=LINE_BITS)
+    sampling = sample_centers(size, LINE_BITS)
     starts, polygons = shapes.ring_starts.astype(np.int32), shapes.shape_rings.astype(np.int32)
     target, kind = (pixels.view(np.int32)[..., 0], "opaque") if is_opaque else (pixels, blend)
     xy = snap_points(shapes.xy, LINE_BITS)

@@ -20,6 +20,7 @@ import numpy as np
 
 from scanspan.assets.drawing import Drawing, Path, Shape, Style, bounds_of_shapes, straight_path
 from scanspan.assets.formats.files import ModelFile
+from scanspan.color.names import parse_color
 from scanspan.errors import InputError
 from scanspan.records import Float64Array
 
@@ -205,13 +206,10 @@ def style_of(properties: dict[str, Any], stroke: str, land: tuple[float, ...] | 
 
 def parse_paint(text: str, file: ModelFile) -> tuple[float, ...]:
     """Return a colour by name or in hexadecimal digits, with or without a #; grey with a note for anything else."""
-    from PIL import ImageColor
-
     for candidate in (text, f"#{text}"):
         try:
-            red, green, blue, *alpha = ImageColor.getrgb(candidate)
-        except ValueError:
+            return tuple(parse_color(candidate).tolist())
+        except InputError:
             continue
-        return red / 255, green / 255, blue / 255, (alpha[0] / 255 if alpha else 1.0)
     file.note(f"the colour {text[:40]!r} is not known")
     return 0.5, 0.5, 0.5, 1.0
