@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks import line_peers, map_peers, painters, peers, plane_scenes, polygon_peers, scenes
+from benchmarks import engine_peers, line_peers, map_peers, mesh_peers, painters, peers, plane_scenes, polygon_peers, scenes
 
 PEERS = {
     **peers.PEERS,
     **painters.PEERS,
+    **engine_peers.PEERS,
+    **mesh_peers.PEERS,
     **line_peers.PEERS,
     **polygon_peers.PEERS,
     **map_peers.PEERS,

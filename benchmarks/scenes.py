@@ -163,7 +163,7 @@ def torus_knot(along: int, around: int) -> tuple[NDArray[np.float32], NDArray[np
     i, j = np.meshgrid(np.arange(along), np.arange(around), indexing="ij")
     a, b = i * around + j, (i + 1) % along * around + j
     c, d = (i + 1) % along * around + (j + 1) % around, i * around + (j + 1) % around
-    triangles = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
+    triangles = np.concatenate([np.stack([a, c, b], axis=-1), np.stack([a, d, c], axis=-1)]).reshape(-1, 3)
     return positions.reshape(-1, 3).astype(np.float32), triangles.astype(np.int32)
 
 
