@@ -69,7 +69,8 @@ class Block:
 
     def fill(self, shape: tuple[int, ...], dtype: Any, start: Any, draw: Callable[[Array, Sampling], None]) -> Array:
         """Return an array for the window, filled in bands of rows; `draw` is given the rows of a band and their sampling."""
-        window, target = self.window, np.full((self.window.height, self.window.width, *shape), start, dtype)
+        window, full = self.window, (self.window.height, self.window.width, *shape)
+        target = np.zeros(full, dtype) if np.isscalar(start) and start == 0 else np.full(full, start, dtype)
         whole = sample_centers(self.size, self.bits)._replace(x_start=window.x_start, x_end=window.x_start + window.width)
 
         def draw_band(y_start: int, y_end: int, stop: Event) -> None:
