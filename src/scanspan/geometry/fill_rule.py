@@ -29,9 +29,9 @@ def is_filled(fill_rule: int, crossings: Integer, winding: Integer) -> bool:
 
 @helper_kernel
 def winding_limits(fill_rule: int) -> tuple[np.int32, np.int32, np.int32]:
-    """Return (mask, below, above) of a rule: inside is where the winding, and-ed with mask, is less than below or above `above`.
+    """Return (mask, below, above) of a rule: inside is where winding & mask is less than `below` or greater than `above`.
 
-    So no branch is needed to ask it of many places at once. As many edges have been passed as the winding is odd or even.
+    So many places can be asked at once, without a branch. The winding is odd where the number of edges passed is.
     """
     every, never = np.int32(-1), np.int32((1 << 31) - 1)
     if fill_rule == EVEN_ODD:

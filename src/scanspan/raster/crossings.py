@@ -1,22 +1,21 @@
 """Polygons to spans of samples: an edge table, an active edge list, and crossings that are put in order by counting them.
 
-What fills a row is where edges cross it, and which edge that was does not matter: a sample is inside or not by how the edges
-left of it wind, added up. So nothing is sorted. An edge leaves its winding, 1 or -1, in the column of the first sample that is
-not left of it; a walk along the columns adds up and notes where the sum begins or ceases to be inside. That holds for any number
-of edges at one place, and for all five fill rules.
+Where edges cross a row decides what is filled, and which edge that was does not matter: a sample is inside or not by the sum of
+how the edges left of it wind. So nothing is sorted. An edge leaves its winding, 1 or -1, in the column of the first sample that
+is not left of it. A walk along the columns adds up, and notes where the sum begins or ceases to be inside. It does not mind how
+many edges cross in one column, and it serves all five fill rules.
 
-This is done for a band of 32 rows at a time, one after the other down the polygon. The edge table has the edges in buckets by the
-band in which they start; the active edge list holds those that cross the present one, in any order, each with its crossing of
-the row that is next. An edge crosses all rows of the band in one short loop, its position and its speed in registers. The rows
-lie side by side in memory, so that the walk adds up 32 rows at once, and only blocks of columns that an edge has come through
-are walked.
+This is done for a band of 32 rows at a time, down the polygon. The edge table has the edges in buckets by the band in which
+they start; the active edge list holds those that cross the present band, in any order, each with its crossing of the row that
+is next. An edge crosses all rows of the band in one short loop, with its position and its speed in registers. The rows lie side
+by side in memory, so that the walk adds up all 32 at once; it skips blocks of columns that no edge has come through.
 
-A crossing is a number in fixed point, 41 bits of it a fraction, and a step is one addition. Both are floored, and the error of
-all steps together stays below the distance to the next place where a crossing could be, as start_edge shows: the columns are
-exact. Edges that are too long for that are stepped by quotient and remainder, as in edge_walk.py.
+A position is in fixed point, with a fraction of 41 bits, and a step is one addition. What all steps lose together stays below
+the distance to the next place where a crossing could be (start_edge), so the columns are exact. Edges that are too long for
+that are stepped by quotient and remainder, as in edge_walk.py.
 
-Price: the bands of a rectangle cost 32 walked columns each, some 10 ns a row; memory, 128 bytes for every column that the
-polygons reach over. What wants to know which edge bounds a span sorts them: polygon.py.
+Price: 128 bytes for every column that the polygons reach over, and two blocks of columns to walk for every band of a rectangle,
+some 10 ns a row. Who must know which edges bound a span sorts them instead: polygon.py.
 
 Source: the lectures' scan-line polygon fill; Ackland and Weste 1981 for the edge flags, here of 32 rows and with a sign.
 """
@@ -74,10 +73,10 @@ class Band(NamedTuple):
 def start_edge(edges: Int64Array, e: Integer, a: Integer, b: Integer, f: Integer, rows: Integer) -> None:
     """Write how edge e crosses its first row, and how that steps.
 
-    Row k is crossed in column -floor(T), T = (f + k b) / a. With G = 2^41 the position is ceil of a G-fold: n G - u for whole
-    numbers n and u, where u is short of its true value by less than k + 1, as its two terms are floored. It is given 2^18 more,
-    which is at least k + 1, so it never falls below a whole number that T reaches. T is a multiple of 1 / a, so it is at least
-    G / a below the next one, and that is 2^19 or more.
+    Row k is crossed in column -floor(T), where T = (f + k b) / a. Let G = 2^41 and U = G T. From the start and k steps, each
+    floored, U comes out too low by less than k + 1. So 2^18 are added, no fewer than there are rows: now U is not below a whole
+    G that T reaches. Nor does it reach one that T does not: T is a multiple of 1 / a, so U is short of it by G / a, which is
+    2^19 or more. The position is G - 1 - U, so that floor(position / G) = -floor(U / G).
     """
     crossing, rest, step, step_rest = start_crossing(f, a, b)
     is_near = (a <= TALL) & (max(b, -b) <= WIDE) & (max(crossing, -crossing) <= FAR) & (rows <= MOST_STEPS)
@@ -135,7 +134,9 @@ def sort_into_bands(table: EdgeTable, count: Integer) -> tuple[Integer, Integer]
 
 
 @helper_kernel
-def cross_rows(edges: Int64Array, e: Integer, first: Integer, last: Integer, width: Integer, band: Band) -> tuple[Integer, Integer]:
+def cross_rows(
+    edges: Int64Array, e: Integer, first: Integer, last: Integer, width: Integer, band: Band
+) -> tuple[Integer, Integer]:
     """Leave the winding of edge e where it crosses rows first to last of a band; return its leftmost and rightmost column."""
     windings, zero = band.windings, np.int64(0)
     winding = np.int32(edges[e, WINDING])
@@ -162,8 +163,10 @@ def cross_rows(edges: Int64Array, e: Integer, first: Integer, last: Integer, wid
 
 
 @helper_kernel
-def cross_band(table: EdgeTable, band: Band, count: Integer, j: Integer, y: Integer, width: Integer) -> tuple[Integer, Integer, Integer]:
-    """Insert the edges that start in band j, which begins with row y; let all active ones cross it, and take out those that end.
+def cross_band(
+    table: EdgeTable, band: Band, count: Integer, j: Integer, y: Integer, width: Integer
+) -> tuple[Integer, Integer, Integer]:
+    """Insert the edges that start in band j, from row y on; let all active ones cross it, and take out those that end.
 
     Returns the active list's new length, and the first and the last block of columns that is crossed.
     """
@@ -171,7 +174,9 @@ def cross_band(table: EdgeTable, band: Band, count: Integer, j: Integer, y: Inte
     for k in range(table.starts[j], table.starts[j + 1]):
         active[count] = table.numbers[k]
         count += 1
-    kept, low, high = np.int64(0), np.int64(is_crossed.shape[0]), np.int64(-1)
+    kept: Integer = np.int64(0)
+    low: Integer = np.int64(is_crossed.shape[0])
+    high: Integer = np.int64(-1)
     for k in range(count):
         e = active[k]
         row, row_end = edges[e, ROW], edges[e, ROW_END]
@@ -212,9 +217,9 @@ def find_borders(band: Band, low: Integer, high: Integer, fill_rule: int) -> Non
 
             # Note the column in these rows; a power of two as a float64 tells its exponent.
             while changes != 0:
-                r = (np.float64(changes & -changes).view(np.int64) >> np.int64(52)) - 1023
-                flat[ends[r]] = column
-                ends[r] += 1
+                changed = (np.float64(changes & -changes).view(np.int64) >> np.int64(52)) - 1023
+                flat[ends[changed]] = column
+                ends[changed] += 1
                 changes &= changes - 1
 
 
@@ -249,7 +254,10 @@ def scan_polygons(
     bands = (max(np.int64(sampling.y_end) - sampling.y_start, np.int64(0)) >> ROW_BITS) + 2
     blocks, stride = (width >> BLOCK_BITS) + 1, min(width + 1, most) // LINE * LINE + LINE + LINE // 2
     table = EdgeTable(
-        np.empty((most, EDGE_COLUMNS), np.int64), np.empty(most, np.int64), np.empty(bands + 2, np.int64), np.empty(most, np.int64)
+        np.empty((most, EDGE_COLUMNS), np.int64),
+        np.empty(most, np.int64),
+        np.empty(bands + 2, np.int64),
+        np.empty(most, np.int64),
     )
     band = Band(
         np.zeros((blocks << BLOCK_BITS, ROWS), np.int32), np.zeros(blocks, np.bool_), np.zeros(ROWS, np.int32),

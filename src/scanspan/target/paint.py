@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.jit import inline_kernel, kernel
 from scanspan.raster.crossings import scan_polygons
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.half_space import half_space, visit_rows
@@ -158,7 +158,13 @@ def segments_srgb(
 
 @inline_kernel
 def fill_span(
-    write_sample: Callable[..., None], target: Array, total: Integer, color: Integer, y: Integer, x_start: Integer, x_end: Integer
+    write_sample: Callable[..., None],
+    target: Array,
+    total: Integer,
+    color: Integer,
+    y: Integer,
+    x_start: Integer,
+    x_end: Integer,
 ) -> tuple[Array, Integer]:
     """Paint a span of a polygon; what scan_polygons takes for its owner is its colour."""
     row = target[y, x_start:x_end]
