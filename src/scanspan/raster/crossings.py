@@ -18,6 +18,7 @@ Price: 128 bytes for every column that the polygons reach over, and two blocks o
 some 10 ns a row. Who must know which edges bound a span sorts them instead: polygon.py.
 
 Source: the lectures' scan-line polygon fill; Ackland and Weste 1981 for the edge flags, here of 32 rows and with a sign.
+What else was tried is in docs/decisions/0012-crossings.md.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from scanspan.records import BoolArray, Int32Array, Int64Array, Integer, Samplin
 POSITION, SPEED, ROW, ROW_END, WINDING, REST, STEP_REST, A = range(8)
 EDGE_COLUMNS = 8  # 64 bytes, a line of the cache
 
+# Fixed point, and what edges it is for: see start_edge.
 FRACTION_BITS = np.int64(41)
 ONE = np.int64(1 << 41)
 MOST_STEPS = np.int64(1 << 18)  # rows of an image
