@@ -195,3 +195,26 @@ def test_neighbours_on_the_map_are_neighbours_in_the_image(rng):
 def test_what_makes_no_place_is_quoted(options, message):
     with pytest.raises(ss.InputError, match=message):
         ss.coverage(OUTER, SIZE, **options)
+
+
+def test_plain_arrays_are_taken_at_once_as_they_are_one_by_one():
+    arrays = [[np.array(ring, float) for ring in rings] for rings in PLAIN]
+    closed = [[np.concatenate([ring, ring[:1]]) for ring in rings] for rings in arrays]
+    short = [*arrays, [np.array(OUTER[:2], float), np.empty((0, 2))], np.array([*OUTER[:2], OUTER[0]], float), arrays[0][0]]
+    for polygons in (arrays, closed, short, [], [[]], [arrays[3][0]]):
+        # A tuple is not plain, and taken apart one by one.
+        found, expected = as_polygons(polygons), as_polygons(tuple(polygons))
+        assert [part.dtype for part in found] == [part.dtype for part in expected]
+        assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
+    for rings in (arrays[0], arrays[0][0], closed[0], []):
+        found, expected = (as_polygons(form, is_one=True) for form in (rings, tuple(rings)))
+        assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
+
+
+def test_plain_arrays_are_checked_before_short_rings_are_left_out():
+    for bad in (np.nan, np.inf, -np.inf):
+        short = np.array([(0, 0), (bad, 1)])
+        with pytest.raises(ss.InputError, match=r"polygons\[1\]\[1\] = \[-?(nan|inf), 1.0\]: expected finite numbers"):
+            as_polygons([np.array(OUTER, float), short])
+    with pytest.raises(ss.InputError, match=r"polygons\[1\]: rings\[0\] = \[33554432.0, 0.0\]: expected finite numbers within"):
+        ss.Canvas(3, 3).polygons([np.array(OUTER, float), np.array([(2.0**25, 0)])], ["red", "blue"])

@@ -27,7 +27,7 @@ from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.area_pieces import make_sweep
 from scanspan.raster.options import check_subpixel_bits, check_threads, sample_centers
 from scanspan.raster.shares import TILE, Shares, add_shares, largest_share, sum_shares
-from scanspan.raster.spans import count_inside, count_spans, cut_spans, rank_inside, rank_spans, sum_spans
+from scanspan.raster.spans import count_inside, count_spans, cut_spans, mark_inside, rank_inside, rank_spans, sum_spans
 from scanspan.raster.touched import touch_spans
 from scanspan.records import Array, Int32Array, Sampling
 from scanspan.target.image import MAX_PIXELS
@@ -69,7 +69,8 @@ class Block:
 
     def fill(self, shape: tuple[int, ...], dtype: Any, start: Any, draw: Callable[[Array, Sampling], None]) -> Array:
         """Return an array for the window, filled in bands of rows; `draw` is given the rows of a band and their sampling."""
-        window, target = self.window, np.full((self.window.height, self.window.width, *shape), start, dtype)
+        window, full = self.window, (self.window.height, self.window.width, *shape)
+        target = np.zeros(full, dtype) if np.isscalar(start) and start == 0 else np.full(full, start, dtype)
         whole = sample_centers(self.size, self.bits)._replace(x_start=window.x_start, x_end=window.x_start + window.width)
 
         def draw_band(y_start: int, y_end: int, stop: Event) -> None:
@@ -93,7 +94,7 @@ class Block:
     def rank(self, rank: Int32Array) -> Array:
         """Return the highest rank of the polygons at each pixel, int32, -1 for none."""
         if self.mode == "center":
-            return self.inside(rank_inside, -1, rank.astype(np.int64))
+            return self.inside(rank_inside, np.int32, -1, rank.astype(np.int64))
         return self.fill((), np.int32, -1, lambda rows, s: rank_spans(rows, self.spans(s), rank, s.x_start, s.y_start))
 
     def count(self) -> Array:
@@ -101,13 +102,19 @@ class Block:
         if self.mode == "area":
             return self.share(add_shares, (), 0.0, np.zeros(len(self.polygon_rings) - 1))
         if self.mode == "center":
-            return self.inside(count_inside, 0, np.zeros(len(self.polygon_rings) - 1, np.int64))
+            return self.inside(count_inside, np.int32, 0, np.zeros(len(self.polygon_rings) - 1, np.int64))
         return self.fill((), np.int32, 0, lambda rows, s: count_spans(rows, self.spans(s), s.x_start, s.y_start))
 
-    def inside(self, kernel: Callable[..., None], start: int, rank: Array) -> Array:
-        """Return what a kernel of raster/spans.py makes of the samples that polygons hold, int32."""
+    def mark(self) -> Array:
+        """Return whether a polygon is at each pixel, bool."""
+        if self.mode == "center":
+            return self.inside(mark_inside, np.bool_, False, np.zeros(len(self.polygon_rings) - 1, np.int64))
+        return self.count() > 0
+
+    def inside(self, kernel: Callable[..., None], dtype: Any, start: int, rank: Array) -> Array:
+        """Return what a kernel of raster/spans.py makes of the samples that polygons hold."""
         shapes = (self.xy, self.ring_starts, self.polygon_rings, self.rule)
-        return self.fill((), np.int32, start, lambda rows, s: kernel(rows, rank, *shapes, s))
+        return self.fill((), dtype, start, lambda rows, s: kernel(rows, rank, *shapes, s))
 
     def sum(self, values: NDArray[np.float64]) -> tuple[Array, Array]:
         """Return how many polygons are at each pixel, and the sum of their values; for "area" both weighted by shares."""
@@ -204,7 +211,7 @@ def coverage(
         raise unknown_name("aperture", aperture, APERTURES)
     if aperture != "box":
         return block.weigh(aperture)
-    return block.count() if mode == "area" else block.count() > 0
+    return block.count() if mode == "area" else block.mark()
 
 
 def zones(

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from scanspan.assets.arrays import as_array
 from scanspan.assets.rings import FILL_RULES as FILL_RULES
+from scanspan.assets.rings import lay_plain_polygons
 from scanspan.errors import InputError
 from scanspan.records import Float64Array, Int32Array
 
@@ -200,6 +201,11 @@ def as_polygons(polygons: Any, name: str = "polygons", *, is_one: bool = False) 
         np.add.at(counts, polygons.source, np.diff(polygons.polygon_rings))
         rings = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         return PolygonList(polygons.positions[:, :2].copy(), polygons.ring_starts.copy(), rings)
+    if type(polygons) in (list, np.ndarray):
+        # Take plain arrays all at once.
+        plain = lay_plain_polygons([polygons] if is_one else list(polygons), np.finfo(np.float64).max)
+        if plain is not None:
+            return PolygonList(*plain)
     found = None if isinstance(polygons, (str, bytes)) else members(polygons, name)
     if isinstance(polygons, (str, bytes)):
         raise InputError(f"{name}: {EXPECTED}, got {quote(polygons)}")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.assets.rings import as_points, as_rings
+from scanspan.assets.rings import MAX_COORDINATE, as_points, as_rings, lay_plain_polygons
 from scanspan.errors import InputError
 from scanspan.records import Float64Array, Int32Array
 
@@ -33,6 +33,11 @@ def as_polygons(polygons: Any) -> tuple[Float64Array, Int32Array, Int32Array]:
         several = list(polygons)
     except TypeError:
         raise InputError(f"polygons: expected a list of polygons, got {type(polygons).__name__}") from None
+    plain = lay_plain_polygons(several, MAX_COORDINATE)
+    if plain is not None:
+        return plain
+
+    # Check what is not plain one by one, and quote what is wrong.
     parts, lengths, counts = [np.empty((0, 2))], [0], [0]
     for number, rings in enumerate(several):
         try:

@@ -53,6 +53,46 @@ def list_rings(rings: Any) -> list[Float64Array]:
     return [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
 
 
+def lay_plain_polygons(polygons: list[Any], limit: float) -> tuple[Float64Array, Int32Array, Int32Array] | None:
+    """Return polygons whose rings are all plain arrays within some limit, laid end to end at once; None for all others.
+
+    Parameters
+    ----------
+    polygons : each a ring, or a list of rings. A closing point is left out, and so are rings of under 3 points.
+    limit : what no coordinate passes.
+
+    Returns
+    -------
+    The points, (V, 2), where each ring starts, (R + 1,), and each polygon's first ring, (P + 1,).
+    """
+    rings: list[Float64Array] = []
+    ends = [0]
+    for polygon in polygons:
+        if is_plain(polygon):
+            rings.append(polygon)
+        elif type(polygon) is list and all(map(is_plain, polygon)):
+            rings += polygon
+        else:
+            return None
+        ends.append(len(rings))
+    points = np.concatenate([np.empty((0, 2)), *rings])
+    if not np.abs(points).max(initial=0.0) <= limit:
+        return None
+
+    # Find closing points, and what holds something without them.
+    lengths = np.array([len(ring) for ring in rings], np.int64)
+    last = np.cumsum(lengths) - 1
+    closed = lengths > 1
+    closed[closed] = (points[last[closed]] == points[(last - lengths + 1)[closed]]).all(axis=1)
+    holds = lengths - closed > 2
+    if closed.any() or not holds.all():
+        kept = np.repeat(holds, lengths)
+        kept[last[closed]] = False
+        points = points[kept]
+    starts = np.concatenate([[0], np.cumsum((lengths - closed)[holds])]).astype(np.int32)
+    return points, starts, np.concatenate([[0], np.cumsum(holds)])[ends].astype(np.int32)
+
+
 def number_rings(rings: list[Float64Array]) -> tuple[Int64Array, Int32Array]:
     """Return which points of rings outline something, (V,) by position in all of them, and where each ring starts, (R + 1,).
 

@@ -7,7 +7,8 @@ where that changes, one trapezoid ends and another begins. Neighbours share an e
 
 The sweep is that of active_edges.py, for one polygon at a time: an edge table in buckets by first row, an active edge list in
 order of x, and the verbs insert, scan, step and sort. Scanning pairs the edges of a row by the fill rule. The pair of the row
-above is looked up at its left edge, and its trapezoid becomes a row longer.
+above is looked up at its left edge, and its trapezoid becomes a row longer. Where only pixels are wanted, and no lines,
+crossings.py finds the same spans some ten times as fast.
 
 Rule: top-left. An edge crosses the rows from its upper end, included, to its lower end, excluded; a sample on an edge lies to
 the right of it. Price: O(edges in a row) for every row, though only the rows in which the order changes could matter.
@@ -17,8 +18,7 @@ Source: the lectures' scan-line polygon fill; Foley, van Dam, Feiner and Hughes 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from scanspan.geometry.fill_rule import EVEN_ODD as EVEN_ODD
 from scanspan.geometry.fill_rule import NON_ZERO as NON_ZERO
 from scanspan.geometry.fill_rule import is_filled as is_filled
 from scanspan.geometry.fixed_point import product_halves
-from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.active_edges import sort_by_x
 from scanspan.raster.edge import edge_start
 from scanspan.raster.edge_walk import start_crossing, step_crossing
@@ -70,39 +70,54 @@ class Trapezoids(NamedTuple):
 
 
 @helper_kernel
+def edge_rows(xy: Int64Array, v: Integer, w: Integer, sampling: Sampling) -> tuple[Integer, Integer, Integer, Integer]:
+    """Return the upper and the lower of two points, and the rows of the rectangle that the edge between them crosses.
+
+    From the first of them to the one after the last. A level edge crosses none.
+    """
+    goes_down = xy[v, 1] < xy[w, 1]
+    upper = v if goes_down else w
+    lower = w if goes_down else v
+    row = max(first_sample(xy[upper, 1], sampling.sample_y, sampling.subpixel_bits), sampling.y_start)
+    row_end = min(first_sample(xy[lower, 1], sampling.sample_y, sampling.subpixel_bits), sampling.y_end)
+    return upper, lower, row, row_end
+
+
+@helper_kernel
+def edge_line(
+    xy: Int64Array, upper: Integer, lower: Integer, x_start: Integer, row: Integer, sampling: Sampling
+) -> tuple[Integer, Integer, Integer]:
+    """Return (a, b, f) of the edge from an upper to a lower point: its value at a sample, exactly, and how that steps.
+
+    At the sample of column x_start in a row the value is f; it grows by a > 0 to the right, and by b from row to row.
+    """
+    s = sampling.subpixel_bits
+    a, b = xy[lower, 1] - xy[upper, 1], xy[upper, 0] - xy[lower, 0]
+    x, y = (np.int64(x_start) << s) + sampling.sample_x, (row << s) + sampling.sample_y
+    high, low = product_halves(a, b, x - xy[lower, 0], y - xy[lower, 1])
+    return a, b, edge_start(high, low, np.int64(0), s)
+
+
+@helper_kernel
 def gather_edges(
     table: EdgeTable, count: Integer, xy: Int64Array, first: Integer, last: Integer, sampling: Sampling
 ) -> Integer:  # fmt: skip
-    """Add the edges of one ring, points first to last, that cross a row of the rectangle; return how many edges there are now.
-
-    Level edges cross no row.
-    """
+    """Add the edges of one ring, points first to last, that cross a row; return how many edges there are now."""
     edges = table.edges
-    s, sample_y, x_start = sampling.subpixel_bits, sampling.sample_y, np.int64(sampling.x_start)
     for v in range(first, last):
         w = v + 1 if v + 1 < last else first
-        goes_down = xy[v, 1] < xy[w, 1]
-        upper = v if goes_down else w
-        lower = w if goes_down else v
-        upper_x, upper_y, lower_x, lower_y = xy[upper, 0], xy[upper, 1], xy[lower, 0], xy[lower, 1]
-        row = max(first_sample(upper_y, sample_y, s), sampling.y_start)
-        row_end = min(first_sample(lower_y, sample_y, s), sampling.y_end)
+        upper, lower, row, row_end = edge_rows(xy, v, w, sampling)
         if row >= row_end:
             continue
-
-        # Find where it crosses its first row, exactly, and how that steps.
-        a, b = lower_y - upper_y, upper_x - lower_x
-        x, y = (x_start << s) + sampling.sample_x, (row << s) + sample_y
-        high, low = product_halves(a, b, x - lower_x, y - lower_y)
-        f = edge_start(high, low, np.int64(0), s)
+        a, b, f = edge_line(xy, upper, lower, sampling.x_start, row, sampling)
         crossing, rest, step, step_rest = start_crossing(f, a, b)
 
         # Fill its record; it is the left edge of no pair yet.
         edges[count, CROSSING], edges[count, REST] = crossing, rest
         edges[count, STEP], edges[count, STEP_REST], edges[count, A], edges[count, B] = step, step_rest, a, b
-        edges[count, ROW], edges[count, ROW_END], edges[count, WINDING] = row, row_end, 1 if goes_down else -1
-        edges[count, UPPER_X], edges[count, UPPER_Y] = upper_x, upper_y
-        edges[count, LOWER_X], edges[count, LOWER_Y] = lower_x, lower_y
+        edges[count, ROW], edges[count, ROW_END], edges[count, WINDING] = row, row_end, 1 if upper == v else -1
+        edges[count, UPPER_X], edges[count, UPPER_Y] = xy[upper, 0], xy[upper, 1]
+        edges[count, LOWER_X], edges[count, LOWER_Y] = xy[lower, 0], xy[lower, 1]
         edges[count, RIGHT], edges[count, PAIRED], edges[count, TRAPEZOID] = NONE, NONE, NONE
         count += 1
     return count
@@ -268,11 +283,11 @@ def bound_span(
     return trapezoids, total + 1
 
 
-@inline_kernel
+@helper_kernel
 def scan_row(
-    bound: Callable[..., tuple[Any, Integer]], kept: Any, total: Integer, owner: Integer, table: EdgeTable, active: ActiveList,
-    count: Integer, y: Integer, fill_rule: int, sampling: Sampling,
-) -> tuple[Any, Integer]:  # fmt: skip
+    trapezoids: Trapezoids, total: Integer, owner: Integer, table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
+    fill_rule: int, sampling: Sampling,
+) -> tuple[Trapezoids, Integer]:  # fmt: skip
     """Walk along row y from edge to edge, and bound a span wherever the polygon's inside ends.
 
     Rule    is_filled, asked behind every edge.
@@ -287,8 +302,8 @@ def scan_row(
         if is_inside and not was_inside:
             left = e
         elif was_inside and not is_inside:
-            kept, total = bound(kept, total, owner, edges, x, left, e, y, sampling)
-    return kept, total
+            trapezoids, total = bound_span(trapezoids, total, owner, edges, x, left, e, y, sampling)
+    return trapezoids, total
 
 
 @helper_kernel
@@ -308,21 +323,21 @@ def step_edges(table: EdgeTable, active: ActiveList, count: Integer, y: Integer,
     return kept
 
 
-@inline_kernel
-def sweep_polygons(
-    bound: Callable[..., tuple[Any, Integer]], kept: Any, owners: Int64Array, xy: Int64Array, ring_starts: Int32Array,
-    polygon_rings: Int32Array, fill_rule: int, sampling: Sampling,
-) -> tuple[Any, Integer]:  # fmt: skip
-    """Sweep down one polygon after the other and bound their spans; return what `bound` has kept of them, and how much.
+@kernel
+def cut_trapezoids(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, sampling: Sampling
+) -> tuple[Int32Array, Int64Array, Int64Array]:
+    """Cut polygons into trapezoids that hold their samples, each sample once; return owner, lines and limits.
 
-    Shapes  owners: (P,), handed on as owner; xy: (V, 2); ring_starts: (R + 1,) rows of xy, a ring is closed from its last point
-            to its first; polygon_rings: (P + 1,) rings. bound(kept, total, owner, edges, x, left, right, y, sampling) returns
-            kept and total.
+    Shapes  xy: (V, 2); ring_starts: (R + 1,) rows of xy, a ring is closed from its last point to its first; polygon_rings:
+            (P + 1,) rings. Of the result, K trapezoids by polygon: owner (K,) the polygon; lines (K, 2, 4) the left line, whose
+            a is above 0, and the right one, as (a, b, q_x, q_y) with a (x - q_x) + b (y - q_y) above 0 between them; limits
+            (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
     Units   sub-pixels; sampling's rectangle in pixels.
     Rule    top-left, whatever sampling.rule: a sample on the left line is in, one on the right line is out. fill_rule: one
             of the five above.
     Needs   coordinates within 2^24 px; the rectangle is part of an image.
-    Cost    O(edges log edges + crossings + edges in a row, summed over rows). Memory: the largest polygon and what is kept.
+    Cost    O(edges log edges + crossings + edges in a row, summed over rows). Memory: the largest polygon and the trapezoids.
     Source  the lectures' scan-line polygon fill.
     """
     # Make room for the largest polygon.
@@ -333,6 +348,9 @@ def sweep_polygons(
     width = max(np.int64(sampling.x_end) - sampling.x_start, np.int64(0))
     table = EdgeTable(np.empty((most, EDGE_COLUMNS), np.int64), np.empty(most, np.int64), np.empty(rows + 2, np.int64))
     active = ActiveList(np.empty(most, np.int64), np.empty(most, np.int64), np.empty((2, most), np.int64))
+    trapezoids = Trapezoids(
+        np.empty(CAPACITY, np.int32), np.empty((CAPACITY, 2, 4), np.int64), np.empty((CAPACITY, 4), np.int64)
+    )  # fmt: skip
     total: Integer = np.int64(0)
     for p in range(polygons):
         # Build the polygon's edge table.
@@ -348,23 +366,7 @@ def sweep_polygons(
         count: Integer = np.int64(0)
         for y in range(row, row_end):
             count = insert_edges(table, active, count, y - row, y, width)
-            kept, total = scan_row(bound, kept, total, owners[p], table, active, count, y, fill_rule, sampling)
+            trapezoids, total = scan_row(trapezoids, total, p, table, active, count, y, fill_rule, sampling)
             count = step_edges(table, active, count, y + 1, width)
             sort_by_x(active.order, active.x, count)
-    return kept, total
-
-
-@kernel
-def cut_trapezoids(
-    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int, sampling: Sampling
-) -> tuple[Int32Array, Int64Array, Int64Array]:
-    """Cut polygons into trapezoids that hold their samples, each sample once; return owner, lines and limits.
-
-    Shapes  as for sweep_polygons. Of the result, K trapezoids by polygon: owner (K,) the polygon; lines (K, 2, 4) the left
-            line, whose a is above 0, and the right one, as (a, b, q_x, q_y) with a (x - q_x) + b (y - q_y) above 0 between
-            them; limits (K, 4) the first and last samples x_low, x_high, y_low, y_high, both included, within the rectangle.
-    """
-    room = Trapezoids(np.empty(CAPACITY, np.int32), np.empty((CAPACITY, 2, 4), np.int64), np.empty((CAPACITY, 4), np.int64))
-    owners = np.arange(polygon_rings.shape[0] - 1)
-    trapezoids, total = sweep_polygons(bound_span, room, owners, xy, ring_starts, polygon_rings, fill_rule, sampling)
     return trapezoids.owner[:total].copy(), trapezoids.lines[:total].copy(), trapezoids.limits[:total].copy()

@@ -3,7 +3,7 @@
 What a map needs is not a colour but who covers a pixel, and how often. Spans say that without a picture, in memory that grows
 with the outlines and not with what they hold: one sweep serves masks, numbers, counts and sums alike.
 
-The sweep is that of polygon.py, so the spans are those of its trapezoids: top-left, exact, each centre once.
+They are found by crossings.py: top-left, exact, each centre once.
 
 Source: the lectures' scan-line polygon fill.
 """
@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.jit import helper_kernel, kernel
-from scanspan.raster.polygon import CAPACITY, sweep_polygons
-from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, Sampling
+from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.raster.crossings import scan_polygons
+from scanspan.raster.polygon import CAPACITY
+from scanspan.records import BoolArray, Float64Array, Int32Array, Int64Array, Integer, Sampling
 
 # Columns of spans: the polygon, the row, the first pixel and the one after the last.
 OWNER, ROW, X_START, X_END = range(4)
@@ -45,14 +46,10 @@ def push_span(
 
 @helper_kernel
 def keep_span(
-    spans: Int32Array, total: Integer, owner: Integer, edges: Int64Array, x: Int64Array, left: Integer, right: Integer,
-    y: Integer, sampling: Sampling,
-) -> tuple[Int32Array, Integer]:  # fmt: skip
-    """Keep the span between two edges in row y, unless it holds no sample."""
-    start, end = x[left], x[right]
-    if start < end:
-        spans, total = push_span(spans, total, owner, y, sampling.x_start + start, sampling.x_start + end)
-    return spans, total
+    spans: Int32Array, total: Integer, owner: Integer, y: Integer, x_start: Integer, x_end: Integer, sampling: Sampling
+) -> tuple[Int32Array, Integer]:
+    """Keep a span."""
+    return push_span(spans, total, owner, y, x_start, x_end)
 
 
 @kernel
@@ -61,37 +58,59 @@ def cut_spans(
 ) -> Int32Array:
     """Return the spans of the samples that polygons hold, (N, SPAN_COLUMNS), by polygon and row; no two of one overlap.
 
-    Shapes  as for sweep_polygons.
+    Shapes  as for scan_polygons.
     """
     room = np.empty((CAPACITY, SPAN_COLUMNS), np.int32)
     owners = np.arange(polygon_rings.shape[0] - 1)
-    spans, total = sweep_polygons(keep_span, room, owners, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    spans, total = scan_polygons(keep_span, room, owners, xy, ring_starts, polygon_rings, fill_rule, sampling)
     kept: Int32Array = spans[:total].copy()
     return kept
 
 
-@helper_kernel
+@inline_kernel
+def mark_span(
+    target: BoolArray, total: Integer, owner: Integer, y: Integer, x_start: Integer, x_end: Integer, sampling: Sampling
+) -> tuple[BoolArray, Integer]:
+    """Mark the samples of a span; target: (h, w), the rectangle of the sampling."""
+    row = target[y - sampling.y_start, x_start - sampling.x_start : x_end - sampling.x_start]
+    for q in range(row.shape[0]):
+        row[q] = True
+    return target, total
+
+
+@inline_kernel
 def count_span(
-    target: Int32Array, total: Integer, owner: Integer, edges: Int64Array, x: Int64Array, left: Integer, right: Integer,
-    y: Integer, sampling: Sampling,
-) -> tuple[Int32Array, Integer]:  # fmt: skip
-    """Count a polygon at the samples between two edges in row y; target: (h, w), the rectangle of the sampling."""
-    row = target[y - sampling.y_start, x[left] : max(x[right], x[left])]
+    target: Int32Array, total: Integer, owner: Integer, y: Integer, x_start: Integer, x_end: Integer, sampling: Sampling
+) -> tuple[Int32Array, Integer]:
+    """Count a polygon at the samples of a span; target: (h, w), the rectangle of the sampling."""
+    row = target[y - sampling.y_start, x_start - sampling.x_start : x_end - sampling.x_start]
     for q in range(row.shape[0]):
         row[q] += np.int32(1)
     return target, total
 
 
-@helper_kernel
+@inline_kernel
 def rank_span(
-    target: Int32Array, total: Integer, owner: Integer, edges: Int64Array, x: Int64Array, left: Integer, right: Integer,
-    y: Integer, sampling: Sampling,
-) -> tuple[Int32Array, Integer]:  # fmt: skip
-    """Keep the highest rank at the samples between two edges in row y; the owner is a rank."""
-    row, rank = target[y - sampling.y_start, x[left] : max(x[right], x[left])], np.int32(owner)
+    target: Int32Array, total: Integer, owner: Integer, y: Integer, x_start: Integer, x_end: Integer, sampling: Sampling
+) -> tuple[Int32Array, Integer]:
+    """Keep the highest rank at the samples of a span; the owner is a rank."""
+    row = target[y - sampling.y_start, x_start - sampling.x_start : x_end - sampling.x_start]
+    rank = np.int32(owner)
     for q in range(row.shape[0]):
         row[q] = max(row[q], rank)
     return target, total
+
+
+@kernel
+def mark_inside(
+    target: BoolArray, rank: Int64Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Mark each sample that a polygon holds.
+
+    Shapes  target: (h, w), the rectangle of the sampling; rank: (P,), of no account; the others as for scan_polygons.
+    """
+    scan_polygons(mark_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel
@@ -101,9 +120,9 @@ def count_inside(
 ) -> None:  # fmt: skip
     """Count the polygons that hold each sample: what count_spans makes of cut_spans, with no spans in between.
 
-    Shapes  target: (h, w), the rectangle of the sampling; rank: (P,), of no account; the others as for sweep_polygons.
+    Shapes  as for mark_inside.
     """
-    sweep_polygons(count_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    scan_polygons(count_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel
@@ -111,8 +130,8 @@ def rank_inside(
     target: Int32Array, rank: Int64Array, xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, fill_rule: int,
     sampling: Sampling,
 ) -> None:  # fmt: skip
-    """Keep at each sample the highest rank of the polygons that hold it; shapes as for count_inside."""
-    sweep_polygons(rank_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    """Keep at each sample the highest rank of the polygons that hold it; shapes as for mark_inside."""
+    scan_polygons(rank_span, target, rank, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel

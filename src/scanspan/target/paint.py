@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.jit import inline_kernel, kernel
+from scanspan.raster.crossings import scan_polygons
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.micropolygon import micropolygon
 from scanspan.raster.parity import parity_fill
-from scanspan.raster.polygon import sweep_polygons
 from scanspan.raster.segment import draw_segments
 from scanspan.raster.setup import keep_flat, keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
@@ -158,37 +158,37 @@ def segments_srgb(
 
 @inline_kernel
 def fill_span(
-    write_sample: Callable[..., None], target: Array, total: Integer, color: Integer, x: Int64Array, left: Integer,
-    right: Integer, y: Integer, sampling: Sampling,
-) -> tuple[Array, Integer]:  # fmt: skip
-    """Paint the span between two edges of a polygon in row y; what sweep_polygons takes for its owner is its colour.
-
-    Cost    an array more to hand on would be counted at every span, and cost more than all else.
-    """
-    start, end = x[left], x[right]
-    if start < end:
-        row = target[y, sampling.x_start + start : sampling.x_start + end]
-        for q in range(row.shape[0]):
-            write_sample(row, q, True, np.float64(color), 0)
+    write_sample: Callable[..., None],
+    target: Array,
+    total: Integer,
+    color: Integer,
+    y: Integer,
+    x_start: Integer,
+    x_end: Integer,
+) -> tuple[Array, Integer]:
+    """Paint a span of a polygon; what scan_polygons takes for its owner is its colour."""
+    row = target[y, x_start:x_end]
+    for q in range(row.shape[0]):
+        write_sample(row, q, True, np.float64(color), 0)
     return target, total
 
 
-@helper_kernel
-def fill_span_opaque(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+@inline_kernel
+def fill_span_opaque(target: Any, total: Any, color: Any, y: Any, x_start: Any, x_end: Any, s: Any) -> Any:
     """Fill a span of pixels of 32 bits."""
-    return fill_span(write_sample_paint, target, total, color, x, left, right, y, s)
+    return fill_span(write_sample_paint, target, total, color, y, x_start, x_end)
 
 
-@helper_kernel
-def fill_span_linear(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+@inline_kernel
+def fill_span_linear(target: Any, total: Any, color: Any, y: Any, x_start: Any, x_end: Any, s: Any) -> Any:
     """Fill a span in linear light."""
-    return fill_span(write_sample_linear, target, total, color, x, left, right, y, s)
+    return fill_span(write_sample_linear, target, total, color, y, x_start, x_end)
 
 
-@helper_kernel
-def fill_span_srgb(target: Any, total: Any, color: Any, edges: Any, x: Any, left: Any, right: Any, y: Any, s: Any) -> Any:
+@inline_kernel
+def fill_span_srgb(target: Any, total: Any, color: Any, y: Any, x_start: Any, x_end: Any, s: Any) -> Any:
     """Fill a span in sRGB values."""
-    return fill_span(write_sample_srgb, target, total, color, x, left, right, y, s)
+    return fill_span(write_sample_srgb, target, total, color, y, x_start, x_end)
 
 
 @kernel
@@ -197,7 +197,7 @@ def scanline_opaque(
     colors: Int64Array, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Polygons, one after the other, into (H, W) pixels of 32 bits."""
-    sweep_polygons(fill_span_opaque, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    scan_polygons(fill_span_opaque, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel
@@ -206,7 +206,7 @@ def scanline_linear(
     colors: Int64Array, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Polygons, one after the other, into (H, W, 4) pixels, in linear light."""
-    sweep_polygons(fill_span_linear, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    scan_polygons(fill_span_linear, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel
@@ -215,7 +215,7 @@ def scanline_srgb(
     colors: Int64Array, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Polygons, one after the other, into (H, W, 4) pixels, in sRGB values."""
-    sweep_polygons(fill_span_srgb, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
+    scan_polygons(fill_span_srgb, target, colors, xy, ring_starts, polygon_rings, fill_rule, sampling)
 
 
 @kernel
