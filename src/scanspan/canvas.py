@@ -43,7 +43,7 @@ from scanspan.records import Float64Array, Int32Array, UInt8Array
 from scanspan.samples import sample_offsets
 from scanspan.target.blend import pack_colors
 from scanspan.target.cover import paint_polygons
-from scanspan.target.fill import FILLS, fill_polygons, paint_mask
+from scanspan.target.fill import FILLS, fill_polygons, paint_runs
 from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import MAX_PIXELS, png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
@@ -391,17 +391,18 @@ class Canvas:
 
         Returns
         -------
-        dict : pixels filled, pixels looked at, and spans.
+        dict : pixels filled, pixels looked at, and spans. Looks are those of a fill that goes from pixel to pixel along
+            spans; this one compares whole rows, and fills the same.
         """
         x, y = check_integer("x", x, 0, self.size[0] - 1), check_integer("y", y, 0, self.size[1] - 1)
         if not isinstance(connectivity, (int, np.integer)) or connectivity not in (4, 8):
             raise InputError(f"connectivity = {connectivity!r}: must be 4 or 8")
         limit, code = check_integer("tolerance", tolerance, 0, 255), to_codes(color)
-        alike = self.pixels[y, x].copy() if border is None else to_codes(border)
-        filled, counters = np.zeros(self.pixels.shape[:2], bool), np.zeros(3, np.int64)
-        flood_kernel(self.pixels, filled, x, y, alike, limit, border is not None, connectivity == 8, counters)
+        words = self.pixels.view(np.int32)[..., 0]
+        alike, counters = words[y, x] if border is None else to_codes(border).view(np.int32)[0], np.zeros(3, np.int64)
+        runs = flood_kernel(words, x, y, int(alike), limit, border is not None, connectivity == 8, counters)
         kind, target = self._target(int(code[3]) == 255)
-        paint_mask(kind, target, filled, float(pack_colors(code)))
+        paint_runs(kind, target, runs, float(pack_colors(code)))
         return dict(zip(("filled", "looked_at", "spans"), counters.tolist(), strict=True))
 
     def save(self, path: str | PathLike[str]) -> None:
