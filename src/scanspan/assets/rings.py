@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import count
+from itertools import accumulate, count
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,8 @@ def is_plain(ring: Any) -> bool:
     return type(ring) is np.ndarray and ring.dtype == np.float64 and ring.ndim == 2 and ring.shape[1] == 2
 
 
-def list_rings(rings: Any) -> list[Float64Array]:
-    """Return rings as they were given, each (M, 2) float64, checked; see as_rings."""
+def join_rings(rings: Any) -> tuple[Float64Array, list[int]]:
+    """Return the points of rings, (P, 2) float64, ring after ring, checked, with closing points, and the rings' lengths."""
     try:
         is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
     except (TypeError, ValueError, LookupError):
@@ -46,27 +46,43 @@ def list_rings(rings: Any) -> list[Float64Array]:
 
     # Check plain arrays together, and one by one only to quote what is wrong.
     if not is_single and len(rings) and all(is_plain(ring) for ring in rings):
-        listed = list(rings)
-        if (np.abs(np.concatenate(listed)) <= MAX_COORDINATE).all():
-            return listed
+        points = np.concatenate(rings)
+        if not len(points) or (points.min() >= -MAX_COORDINATE and points.max() <= MAX_COORDINATE):
+            return points, [len(ring) for ring in rings]
     names = ("rings" if is_single else f"rings[{number}]" for number in count())
-    return [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
+    listed = [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
+    points = listed[0] if len(listed) == 1 else np.concatenate([*listed, np.empty((0, 2))])
+    return points, [len(ring) for ring in listed]
 
 
-def number_rings(rings: list[Float64Array]) -> tuple[Int64Array, Int32Array]:
-    """Return which points of rings outline something, (V,) by position in all of them, and where each ring starts, (R + 1,).
+def number_rings(points: Float64Array, lengths: list[int]) -> tuple[Int64Array | None, Int32Array]:
+    """Return which points of rings outline something, (V,) or None for all, and where each ring starts, (R + 1,).
 
     A closing point is left out, and so are rings of under 3 points.
+
+    Parameters
+    ----------
+    points : (P, 2), ring after ring.
+    lengths : of the rings.
     """
-    kept, starts, before = [np.empty(0, np.int64)], [0], 0
-    for points in rings:
-        length = len(points)
-        if length > 1 and points[0, 0] == points[-1, 0] and points[0, 1] == points[-1, 1]:
-            length -= 1
-        if length > 2:
-            kept.append(np.arange(before, before + length))
-            starts.append(starts[-1] + length)
-        before += len(points)
+    if not lengths or min(lengths) < 3:
+        return _number_some(points, [length for length in lengths if length > 0])
+    starts = np.array([0, *accumulate(lengths)], np.int32)
+    first, last = points.take(starts[:-1], 0), points.take(starts[1:] - 1, 0)
+    return _number_some(points, lengths) if (first == last).all(axis=1).any() else (None, starts)
+
+
+def _number_some(points: Float64Array, lengths: list[int]) -> tuple[Int64Array, Int32Array]:
+    """Return what number_rings does, where points or rings have to be left out; no ring is empty."""
+    starts, kept, before = [0], [np.empty(0, np.int64)], 0
+    for length in lengths:
+        last = before + length - 1
+        is_closed = length > 1 and points[before, 0] == points[last, 0] and points[before, 1] == points[last, 1]
+        used = length - 1 if is_closed else length
+        if used > 2:
+            kept.append(np.arange(before, before + used))
+            starts.append(starts[-1] + used)
+        before += length
     return np.concatenate(kept), np.array(starts, np.int32)
 
 
@@ -77,6 +93,6 @@ def as_rings(rings: Any) -> tuple[Float64Array, Int32Array]:
     ----------
     rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
     """
-    listed = list_rings(rings)
-    numbers, starts = number_rings(listed)
-    return np.concatenate([np.empty((0, 2)), *listed])[numbers], starts
+    points, lengths = join_rings(rings)
+    numbers, starts = number_rings(points, lengths)
+    return points if numbers is None else points[numbers], starts
