@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array, as_floats, as_integers, check_range, in_layout, quote_row
 from scanspan.assets.mesh import NONFINITE
+from scanspan.assets.rings import has_far_values
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.jit import kernel
 from scanspan.records import BoolArray
@@ -20,16 +21,6 @@ from scanspan.records import BoolArray
 MAX_TRIANGLES = (1 << 31) - 1  # triangles are numbered in 32 bits on the way
 MAX_CLIP = 1e150  # clip coordinates; products of two of them must be finite
 MAX_SCREEN = float(1 << 24)  # pixels
-
-
-@kernel
-def find_bad_vertices(vertices: NDArray[np.float64], limit: float) -> bool:
-    """Say whether any number is not finite or beyond a limit; (V, k) float64, in one pass."""
-    bad = False
-    for i in range(vertices.shape[0]):
-        for k in range(vertices.shape[1]):
-            bad |= not (abs(vertices[i, k]) <= limit)
-    return bad
 
 
 @kernel
@@ -68,7 +59,7 @@ def collapse_bad(
     """Return clip coordinates and triangles that kernels can take; raise for, or collapse, those with a bad vertex."""
     if nonfinite not in NONFINITE:
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
-    if not find_bad_vertices(vertices, MAX_CLIP):
+    if not has_far_values(vertices.reshape(-1), MAX_CLIP):
         return vertices, corners
 
     # Quote the first bad vertex that is used, or collapse the triangles that use one.
@@ -101,7 +92,7 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
     with np.errstate(over="ignore"):
         triangles: NDArray[np.float64] = in_layout(array, np.float64)
-    if not find_bad_vertices(triangles.reshape(-1, 2), MAX_SCREEN):
+    if not has_far_values(triangles.reshape(-1), MAX_SCREEN):
         return triangles
 
     # Quote the first bad corner; a coordinate that is finite but far away is an error even when others are dropped.

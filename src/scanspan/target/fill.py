@@ -18,7 +18,7 @@ from threading import Event
 import numpy as np
 
 from scanspan.geometry.polygon_triangles import flat_triangles
-from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, run_bands, run_kernel
+from scanspan.raster.algorithms import SMALL, is_small, run_bands, run_kernel
 from scanspan.raster.seeds import OUTLINE, drawn_runs, fill_regions
 from scanspan.raster.segment import DIAMOND_EXIT, RUN_LENGTH
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling
@@ -49,8 +49,9 @@ def fill_polygons(
             rows = sampling._replace(y_start=y_start, y_end=y_end)
             SCANLINE[kind](target, xy, starts, polygon_rings, rule, colors, rows)
 
-    is_small = len(xy) < SMALL and target.shape[0] * target.shape[1] < SMALL_IMAGE
-    run_bands(fill_band, len(target), 1 if is_small else threads, each=1)
+    size = target.shape[1], target.shape[0]
+    is_little = threads > 1 and len(xy) < SMALL and is_small(xy, size, sampling.subpixel_bits)
+    run_bands(fill_band, len(target), 1 if is_little else threads, each=1)
 
 
 def fill_parity(
