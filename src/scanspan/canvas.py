@@ -16,8 +16,8 @@ from scanspan.assets.buffers import check_screen_triangles
 from scanspan.assets.codes import to_code, to_codes
 from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
 from scanspan.assets.lens import check_size
-from scanspan.assets.polygon_lists import as_polygons
-from scanspan.assets.rings import FILL_RULES, as_points, as_rings, has_far_values
+from scanspan.assets.polygon_lists import as_polygon, as_polygons
+from scanspan.assets.rings import FILL_RULES, as_points, has_far_values
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import cull_triangles, screen_triangles
@@ -180,7 +180,8 @@ class Canvas:
 
         Parameters
         ----------
-        rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
+        rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated. Or one polygon of
+            shapely or GeoJSON, as `coverage` takes it, in pixels.
         color : any colour.
         fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
         algorithm : "scanline", with an edge table and an active edge list; "parity", which counts edges at every sample of the
@@ -194,7 +195,7 @@ class Canvas:
         check_name("fill rule", fill_rule, FILL_RULES)
         check_name("algorithm", algorithm, FILLS)
         bits, code = check_subpixel_bits(subpixel_bits), to_code(color)
-        points, starts = as_rings(rings)
+        points, starts = as_polygon(rings)
         aperture = check_antialias(antialias)
         if aperture and aperture != "box":
             weighed = weigh(points, starts, FILL_RULES.index(fill_rule), self.size, aperture)
@@ -217,7 +218,8 @@ class Canvas:
 
         Parameters
         ----------
-        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each.
+        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each;
+            or those of shapely, GeoPandas or GeoJSON, as `zones` takes them, in pixels.
         colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
         fill_rule, algorithm, antialias, subpixel_bits : as for `polygon`.
         overlap : what is done where several of them cover a pixel in part. "over": each is laid over those before it, and what
