@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.buffers import check_screen_triangles
+from scanspan.assets.buffers import check_screen_triangles, has_far_values
 from scanspan.assets.codes import to_code, to_codes
 from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
 from scanspan.assets.lens import check_size
 from scanspan.assets.polygon_lists import as_polygon, as_polygons
-from scanspan.assets.rings import FILL_RULES, as_points, has_far_values
+from scanspan.assets.rings import FILL_RULES, as_points
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import cull_triangles, screen_triangles

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array, as_floats, as_integers, check_range, in_layout, quote_row
 from scanspan.assets.mesh import NONFINITE
-from scanspan.assets.rings import has_far_values
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.jit import kernel
 from scanspan.records import BoolArray
@@ -21,6 +20,15 @@ from scanspan.records import BoolArray
 MAX_TRIANGLES = (1 << 31) - 1  # triangles are numbered in 32 bits on the way
 MAX_CLIP = 1e150  # clip coordinates; products of two of them must be finite
 MAX_SCREEN = float(1 << 24)  # pixels
+
+
+@kernel
+def has_far_values(values: NDArray[np.float64], limit: float) -> bool:
+    """Say whether any of (N,) values is not finite or beyond a limit, in one pass."""
+    is_far = False
+    for i in range(values.shape[0]):
+        is_far |= not (abs(values[i]) <= limit)
+    return is_far
 
 
 @kernel

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.assets.arrays import as_array, in_layout
+from scanspan.assets.buffers import has_far_values
 from scanspan.assets.mesh import NONFINITE
-from scanspan.assets.rings import has_far_values
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import quote
 from scanspan.records import Array, BoolArray, Float64Array

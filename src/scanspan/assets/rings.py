@@ -10,20 +10,17 @@ from numpy.typing import ArrayLike
 
 from scanspan.assets.arrays import as_array, in_layout
 from scanspan.errors import InputError
-from scanspan.jit import kernel
 from scanspan.records import Float64Array, Int32Array, Int64Array
 
 FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
 MAX_COORDINATE = 1 << 24  # pixels; screen coordinates beyond it are refused or cut back, see geometry/fixed_point.py
 
 
-@kernel
-def has_far_values(values: Float64Array, limit: float) -> bool:
-    """Say whether any of (N,) values is not finite or beyond a limit, in one pass."""
-    is_far = False
-    for i in range(values.shape[0]):
-        is_far |= not (abs(values[i]) <= limit)
-    return is_far
+def has_far_points(points: Float64Array) -> bool:
+    """Say whether any coordinate is not finite or beyond 2^24 pixels. Reading a model need not load the compiler."""
+    from scanspan.assets.buffers import has_far_values
+
+    return has_far_values(points.reshape(-1), float(MAX_COORDINATE))
 
 
 def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:
@@ -36,7 +33,7 @@ def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Ar
             f"{name}: expected numbers of shape (N, {', '.join(map(str, shape))}), got {array.dtype} {array.shape}"
         )
     points = in_layout(array, np.float64)
-    if has_far_values(points.reshape(-1), float(MAX_COORDINATE)):
+    if has_far_points(points):
         row = int(np.argwhere(~(np.abs(points) <= MAX_COORDINATE))[0][0])
         raise InputError(f"{name}[{row}] = {points[row].tolist()}: expected finite numbers within {MAX_COORDINATE} pixels")
     return points
@@ -57,7 +54,7 @@ def join_rings(rings: Any) -> tuple[Float64Array, list[int]]:
     # Check plain arrays together, and one by one only to quote what is wrong.
     if not is_single and len(rings) and all(is_plain(ring) for ring in rings):
         points = np.concatenate(rings)
-        if not has_far_values(points.reshape(-1), float(MAX_COORDINATE)):
+        if not has_far_points(points):
             return points, [len(ring) for ring in rings]
     names = ("rings" if is_single else f"rings[{number}]" for number in count())
     listed = [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
