@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage  # type: ignore[import-untyped]
 
 import scanspan as ss
+from scanspan.raster.flood import FILLED, flood, make_room
 
 CONNECTIVITY = [4, 8]
 NEIGHBOURS = {4: ndimage.generate_binary_structure(2, 1), 8: ndimage.generate_binary_structure(2, 2)}
@@ -284,22 +285,42 @@ def test_the_lectures_fill_is_called_four_times_a_pixel_and_once_more() -> None:
     assert counted["looked_at"] <= 3 * 100
 
 
-COUNTED = """
+def look_by_look(walls: Booleans, x: int, y: int, reach: int) -> tuple[Booleans, NDArray[np.int64], int]:
+    """Return what a span fill fills that asks pixel by pixel, how often it asks for each, and how many spans it has."""
+    height, width = walls.shape
+    filled, looks, spans, stack = np.zeros(walls.shape, bool), np.zeros(walls.shape, np.int64), 0, [(y, x, x)]
+
+    def is_open(column: int, row: int) -> bool:
+        looks[row, column] += 1
+        return not (filled[row, column] or walls[row, column])
+
+    while stack:
+        row, i, last = stack.pop()
+        while i <= last:
+            if not is_open(i, row):
+                i += 1
+                continue
+            start = end = i
+            while start > 0 and is_open(start - 1, row):
+                start -= 1
+            while end + 1 < width and is_open(end + 1, row):
+                end += 1
+            filled[row, start : end + 1] = True
+            spans, i = spans + 1, end + 1
+            window = max(start - reach, 0), min(end + reach, width - 1)
+            stack += [(other, *window) for other in (row - 1, row + 1) if 0 <= other < height]
+    return filled, looks, spans
+
+
+PLAIN = """
 import json, sys
 import numpy as np
-from scanspan.raster import flood
-case = json.load(sys.stdin)
-looks, is_open = None, flood.is_open
-def look(pixels, filled, x, y, *rest):
-    looks[int(y), int(x)] += 1
-    return is_open(pixels, filled, x, y, *rest)
-flood.is_open = look
+from scanspan.raster.flood import flood_kernel
 report = []
-for walls, x, y, diagonal in case:
-    pixels = np.asarray(walls, np.uint8)[..., None]
-    looks, filled, counters = np.zeros(pixels.shape[:2], int), np.zeros(pixels.shape[:2], bool), np.zeros(3, np.int64)
-    flood.flood_kernel(pixels, filled, x, y, pixels[y, x].copy(), 0, False, diagonal, counters)
-    report.append([int(looks.max()), int(looks[filled].max()), int(looks.sum()), counters.tolist(), filled.tolist()])
+for walls, x, y, diagonal in json.load(sys.stdin):
+    words, counters = np.asarray(walls, np.int32), np.zeros(3, np.int64)
+    runs = flood_kernel(words, x, y, int(words[y, x]), 0, False, diagonal, counters)
+    report.append([runs.tolist(), counters.tolist()])
 print(json.dumps(report))
 """
 
@@ -310,7 +331,7 @@ def test_each_pixel_is_looked_at_four_times_at_most_and_every_look_is_counted(rn
     seeds = [np.argwhere(~field)[0][::-1].tolist() for field in fields]
     case = [(field.tolist(), *seed, diagonal) for field, seed in zip(fields, seeds) for diagonal in (False, True)]
     run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", COUNTED],
+        [sys.executable, "-W", "error", "-c", PLAIN],
         input=json.dumps(case),
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
@@ -318,13 +339,41 @@ def test_each_pixel_is_looked_at_four_times_at_most_and_every_look_is_counted(rn
         check=False,
     )
     assert run.returncode == 0, run.stderr[-2000:]
-    for (walls, x, y, diagonal), (most, most_filled, total, counters, filled) in zip(case, json.loads(run.stdout), strict=True):
+    for (walls, x, y, diagonal), (runs, counters) in zip(case, json.loads(run.stdout), strict=True):
+        filled, looks, spans = look_by_look(np.array(walls), x, y, int(diagonal))
         assert np.array_equal(filled, joined(~np.array(walls), x, y, 8 if diagonal else 4))
-        assert counters[1] == total
-        assert most <= (6 if diagonal else 4)
-        assert most_filled <= (5 if diagonal else 3)
+        assert looks.max() <= (6 if diagonal else 4)
+        assert looks[filled].max() <= (5 if diagonal else 3)
 
-        # The compiled kernel counts the same.
+        # The kernel reckons the same from whole runs, as plain Python and compiled.
+        found = np.zeros(filled.shape, bool)
+        for first, row, last, _ in runs:
+            assert not found[row, first : last + 1].any()
+            found[row, first : last + 1] = True
+        assert np.array_equal(found, filled)
+        assert counters == [filled.sum(), looks.sum(), spans]
         canvas = canvas_of(walls)
         compiled = canvas.flood_fill(x, y, PAINT, connectivity=8 if diagonal else 4)
-        assert [compiled["filled"], compiled["looked_at"], compiled["spans"]] == counters
+        assert list(compiled.values()) == counters
+
+
+@pytest.mark.parametrize("connectivity", CONNECTIVITY)
+@pytest.mark.parametrize("width", [7, 8, 9, 63, 64, 65])
+def test_looks_are_counted_at_every_width(width: int, connectivity: int, rng: np.random.Generator) -> None:
+    # A row is gone through eight pixels at a time.
+    for density in (0.02, 0.1, 0.4):
+        walls = rng.random((20, width)) < density
+        x, y = (int(v) for v in np.argwhere(~walls)[0][::-1])
+        filled, looks, spans = look_by_look(walls, x, y, int(connectivity == 8))
+        canvas = canvas_of(walls)
+        counted = canvas.flood_fill(x, y, PAINT, connectivity=connectivity)
+        assert list(counted.values()) == [filled.sum(), looks.sum(), spans]
+        assert np.array_equal(is_painted(canvas), filled)
+
+
+def test_a_fill_reads_only_the_rows_that_it_reaches() -> None:
+    words = np.zeros((30, 500), np.int32)
+    words[10], words[20], words[15, 100:] = 1, 1, 1
+    room = flood(words, make_room(30, 500), 3, 12, 0, 0, False, False)
+    assert np.flatnonzero(room.rows[:, 0] >= 0).tolist() == list(range(10, 21))
+    assert room.counts[FILLED] == 9

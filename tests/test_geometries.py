@@ -218,3 +218,43 @@ def test_plain_arrays_are_checked_before_short_rings_are_left_out():
             as_polygons([np.array(OUTER, float), short])
     with pytest.raises(ss.InputError, match=r"polygons\[1\]: rings\[0\] = \[33554432.0, 0.0\]: expected finite numbers within"):
         ss.Canvas(3, 3).polygons([np.array(OUTER, float), np.array([(2.0**25, 0)])], ["red", "blue"])
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_canvas_paints_every_form(form):
+    pictures = []
+    for polygons in (PLAIN, FORMS[form]):
+        canvas = ss.Canvas(*SIZE)
+        canvas.polygons(polygons, np.arange(16, dtype=np.uint8).reshape(4, 4) | 128)
+        pictures.append(canvas.pixels)
+    assert np.array_equal(*pictures)
+    assert not (pictures[0] == 255).all()
+
+
+def test_a_canvas_paints_one_polygon_in_every_form():
+    pictures = []
+    shape = SHAPES[0]
+    for rings in ([OUTER, HOLE], shape, Outline(shape), mapping(shape), [shape], features([shape]), Column([shape])):
+        canvas = ss.Canvas(*SIZE)
+        canvas.polygon(rings, "red", antialias=True)
+        pictures.append(canvas.pixels)
+    assert all(np.array_equal(picture, pictures[0]) for picture in pictures[1:])
+    assert not (pictures[0] == 255).all()
+
+
+@pytest.mark.parametrize(
+    ("method", "given", "message"),
+    [
+        ("polygon", SHAPES[:1] * 3, "rings: expected one polygon, got 3; use polygons for many"),
+        ("polygon", shapely.Point(1, 2), "rings: a Point covers no area; expected polygons: rings of (M, 2) points, or shapely,"
+         " GeoPandas or GeoJSON polygons"),
+        ("polygons", [OUTER, shapely.Point(1, 2)], "polygons[1]: a Point covers no area; expected polygons: rings of (M, 2)"
+         " points, or shapely, GeoPandas or GeoJSON polygons"),
+        ("polygons", [shapely.box(0, 0, 1e8, 1)], "polygons[0]: the point [100000000.0, 0.0] is more than 16777216 pixels away"
+         " from the image"),
+    ],
+)  # fmt: skip
+def test_a_canvas_quotes_what_it_cannot_paint(method, given, message):
+    with pytest.raises(ss.InputError) as caught:
+        getattr(ss.Canvas(*SIZE), method)(given, "red")
+    assert str(caught.value) == message

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import floor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -187,3 +188,13 @@ def test_errors_quote_what_came(colors, options, message):
         canvas.triangles([[(0, 0), (4, 0), (0, 3)]], colors, **options)
     assert str(caught.value) == message
     assert (canvas.pixels == 255).all()
+
+
+@pytest.mark.parametrize("point", [(5, 5, 1), (12, 30, 1), (15, 8, 1), (1, 0, 0)])
+@pytest.mark.parametrize("alpha", [255, 128])
+def test_an_off_screen_point_gives_shaded_triangles_the_pixels_of_flat_ones(point: Any, alpha: int) -> None:
+    corners = np.array([[(10.5, 10.5), (20.5, 10.5), (10.5, 20.5)], [(10.5, 10.5), (10.5, 20.5), (2.5, 12.5)]])
+    flat, shaded = ss.Canvas(30, 30), ss.Canvas(30, 30)
+    flat.triangles(corners, (9, 9, 9, alpha), rule=ss.OffscreenPoint(*point))
+    shaded.triangles(corners, np.array([[(9, 9, 9, alpha)] * 3] * 2, np.uint8), rule=ss.OffscreenPoint(*point))
+    assert np.array_equal(flat.pixels, shaded.pixels)

@@ -6,25 +6,23 @@ pixels whose centres they own, by the top-left rule, so neighbours neither overl
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.arrays import as_colors
-from scanspan.assets.buffers import check_screen_triangles
+from scanspan.assets.buffers import check_screen_triangles, has_far_values
+from scanspan.assets.codes import to_code, to_codes
 from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
 from scanspan.assets.lens import check_size
-from scanspan.assets.polygon_lists import as_polygons
-from scanspan.assets.rings import FILL_RULES, as_points, as_rings
-from scanspan.color.names import parse_color
-from scanspan.errors import InputError, LimitError, unknown_name
+from scanspan.assets.polygon_lists import as_polygon, as_polygons
+from scanspan.assets.rings import FILL_RULES, as_points
+from scanspan.errors import InputError, LimitError
 from scanspan.geometry.fixed_point import MAX_COORDINATE, snap_points
 from scanspan.geometry.project import cull_triangles, screen_triangles
-from scanspan.geometry.stroke import SQUARE, circle
-from scanspan.raster.algorithms import ALGORITHMS, run_kernel
+from scanspan.geometry.stroke import fan
+from scanspan.raster.algorithms import run_kernel
 from scanspan.raster.aperture import check_antialias, weigh
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.flood import flood_kernel
@@ -32,18 +30,18 @@ from scanspan.raster.options import (
     OffscreenPoint,
     check_flag,
     check_integer,
+    check_name,
     check_subpixel_bits,
     check_threads,
-    make_sampling,
     sample_centers,
 )
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.stroke_options import check_extent, check_stroke
 from scanspan.records import Float64Array, Int32Array, UInt8Array
-from scanspan.samples import sample_offsets
-from scanspan.target.blend import pack_colors
+from scanspan.target.blend import pack_colors, pack_values
 from scanspan.target.cover import paint_polygons
-from scanspan.target.fill import FILLS, fill_polygons, paint_mask
+from scanspan.target.few import OVERLAPS, paint_few, plan_triangles
+from scanspan.target.fill import FILLS, fill_polygons, paint_runs
 from scanspan.target.gouraud import paint_gouraud
 from scanspan.target.image import MAX_PIXELS, png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
@@ -59,7 +57,6 @@ LINES = {
     "wu": WU,
 }
 BLENDS = ("linear", "srgb")
-OVERLAPS = ("over", "disjoint")
 
 
 class Canvas:
@@ -95,7 +92,7 @@ class Canvas:
         if size[0] * size[1] > MAX_PIXELS:
             raise LimitError(f"a canvas of {size[0]} x {size[1]} pixels: the limit is {MAX_PIXELS} in all")
         self.pixels: UInt8Array = np.empty((size[1], size[0], 4), np.uint8)
-        self.pixels[:] = to_codes(background)
+        self.pixels.view(np.int32).fill(to_code(background).view(np.int32)[0])
         self._set_up(blend, threads)
 
     def _set_up(self, blend: str, threads: int | None) -> None:
@@ -150,13 +147,10 @@ class Canvas:
         overlap : with antialias, "disjoint" or "over", as for `polygons`: by default triangles are taken for a mesh, which has
             no seams.
         """
-        bits = check_subpixel_bits(subpixel_bits)
-        check_name("algorithm", algorithm, ALGORITHMS)
-        check_name("overlap", overlap, OVERLAPS)
-        painter = PAINTERS.get(name := "half-space" if algorithm == "homogeneous" else algorithm)
-        if painter is None:
-            raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
-        sampling = make_sampling(self.size, sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
+        name, bits, sampling = plan_triangles(self.size, algorithm, overlap, rule, cull, subpixel_bits)
+        is_plain = name == "half-space" and antialias is False and nonfinite == "error"
+        if is_plain and paint_few(self.pixels, vertices, colors, sampling, self.threads):
+            return
         corners = check_screen_triangles(vertices, nonfinite)
         is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
         if is_smooth and is_shaded:
@@ -176,7 +170,7 @@ class Canvas:
         screen = screen_triangles(corners, bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         kind, target = self._target(bool((codes[..., 3] == 255).all()))
-        run_kernel(painter[kind], target, screen, sampling, self.threads)
+        run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
 
     def polygon(
         self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline",
@@ -186,7 +180,8 @@ class Canvas:
 
         Parameters
         ----------
-        rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
+        rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated. Or one polygon of
+            shapely or GeoJSON, as `coverage` takes it, in pixels.
         color : any colour.
         fill_rule : "even-odd", "non-zero", "positive", "negative" or "abs-geq-two"; counter-clockwise as seen is positive.
         algorithm : "scanline", with an edge table and an active edge list; "parity", which counts edges at every sample of the
@@ -199,8 +194,8 @@ class Canvas:
         """
         check_name("fill rule", fill_rule, FILL_RULES)
         check_name("algorithm", algorithm, FILLS)
-        bits, code = check_subpixel_bits(subpixel_bits), to_codes(color)
-        points, starts = as_rings(rings)
+        bits, code = check_subpixel_bits(subpixel_bits), to_code(color)
+        points, starts = as_polygon(rings)
         aperture = check_antialias(antialias)
         if aperture and aperture != "box":
             weighed = weigh(points, starts, FILL_RULES.index(fill_rule), self.size, aperture)
@@ -223,7 +218,8 @@ class Canvas:
 
         Parameters
         ----------
-        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each.
+        polygons : a list of polygons, each as `polygon` takes it; or an array (N, M, 2), a ring of M points for each;
+            or those of shapely, GeoPandas or GeoJSON, as `zones` takes them, in pixels.
         colors : one colour for all, or (N, 3) or (N, 4), one for each; integers 0..255 or floats 0..1.
         fill_rule, algorithm, antialias, subpixel_bits : as for `polygon`.
         overlap : what is done where several of them cover a pixel in part. "over": each is laid over those before it, and what
@@ -309,7 +305,7 @@ class Canvas:
                 raise InputError("algorithm = 'wu': its lines are as they are; leave out antialias, width, cap and dash")
             stroke_segments(self.pixels, ends, codes, stroke, antialias, self.blend, self.threads)
             return
-        values, rule = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64), LINES[algorithm]
+        values, rule = pack_values(codes, len(ends)), LINES[algorithm]
         steps = snap_segments(ends, rule)
         if algorithm == "wu":
             paint_segments(self.pixels, steps, values, self.threads, pairs_kernel, int(self.blend == "linear"))
@@ -337,7 +333,7 @@ class Canvas:
         """
         closed, antialias = check_flag("closed", closed), check_flag("antialias", antialias)
         stroke = check_stroke(width, cap, join, miter_limit, dash, dash_offset)
-        chain, code = as_points(points, (2,), "points"), to_codes(color)
+        chain, code = as_points(points, (2,), "points"), to_code(color)
         if antialias or not stroke.is_plain:
             stroke_chain(self.pixels, chain, closed, code, stroke, antialias, self.blend, self.threads)
             return
@@ -359,22 +355,21 @@ class Canvas:
         """
         check_name("shape", shape, ("square", "disc"))
         centres, extent = as_points(xy, (2,), "xy"), check_extent("size", size)
-        codes = np.broadcast_to(to_codes(colors, len(centres)), (len(centres), 4))
+        codes = to_codes(colors, len(centres))
         if check_flag("antialias", antialias):
             cover_points(self.pixels, centres, codes, extent, shape, self.blend == "linear", self.threads)
             return
 
         # Leave out those so far away that their rims may lie beyond what is allowed; no image reaches there.
         half = extent / 2
-        is_near = (np.abs(centres) <= MAX_COORDINATE - half).all(axis=1)
-        centres, codes = centres[is_near], codes[is_near]
+        if has_far_values(centres.reshape(-1), MAX_COORDINATE - half):
+            is_near = (np.abs(centres) <= MAX_COORDINATE - half).all(axis=1)
+            centres, codes = centres[is_near], codes[is_near] if codes.ndim == 2 else codes
 
         # Make each a fan of triangles.
-        rim = half * (SQUARE[::-1] if shape == "square" else circle(half))
-        count = len(rim)
-        fan = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
-        corners = (centres[:, None] + rim)[:, fan].reshape(-1, 3, 2)
-        self.triangles(corners, np.repeat(codes, count - 2, axis=0))
+        triangles = fan(half, shape)
+        corners = (centres[:, None, None] + triangles).reshape(-1, 3, 2)
+        self.triangles(corners, codes if codes.ndim == 1 else np.repeat(codes, len(triangles), axis=0))
 
     def flood_fill(
         self, x: int, y: int, color: Any, *, connectivity: int = 4, tolerance: int = 0, border: Any = None
@@ -391,17 +386,18 @@ class Canvas:
 
         Returns
         -------
-        dict : pixels filled, pixels looked at, and spans.
+        dict : pixels filled, pixels looked at, and spans. Looks are those of a fill that goes from pixel to pixel along
+            spans; this one compares whole rows, and fills the same.
         """
         x, y = check_integer("x", x, 0, self.size[0] - 1), check_integer("y", y, 0, self.size[1] - 1)
         if not isinstance(connectivity, (int, np.integer)) or connectivity not in (4, 8):
             raise InputError(f"connectivity = {connectivity!r}: must be 4 or 8")
-        limit, code = check_integer("tolerance", tolerance, 0, 255), to_codes(color)
-        alike = self.pixels[y, x].copy() if border is None else to_codes(border)
-        filled, counters = np.zeros(self.pixels.shape[:2], bool), np.zeros(3, np.int64)
-        flood_kernel(self.pixels, filled, x, y, alike, limit, border is not None, connectivity == 8, counters)
+        limit, code = check_integer("tolerance", tolerance, 0, 255), to_code(color)
+        words = self.pixels.view(np.int32)[..., 0]
+        alike, counters = words[y, x] if border is None else to_code(border).view(np.int32)[0], np.zeros(3, np.int64)
+        runs = flood_kernel(words, x, y, int(alike), limit, border is not None, connectivity == 8, counters)
         kind, target = self._target(int(code[3]) == 255)
-        paint_mask(kind, target, filled, float(pack_colors(code)))
+        paint_runs(kind, target, runs, float(pack_colors(code)))
         return dict(zip(("filled", "looked_at", "spans"), counters.tolist(), strict=True))
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -414,23 +410,3 @@ class Canvas:
 
     def __repr__(self) -> str:
         return f"Canvas({self.size[0]}, {self.size[1]})"
-
-
-def to_codes(colors: Any, count: int | None = None) -> UInt8Array:
-    """Return colours as (4,) or (N, 4) uint8; N must be `count`, and there is only one where that is None."""
-    try:
-        shape = np.shape(colors)
-    except ValueError:
-        shape = (0, 0)  # rows of several lengths, which as_colors refuses
-    if count == 0 and shape == (0,):
-        return np.empty((0, 4), np.uint8)
-    if isinstance(colors, str) or count is None or len(shape) == 1:
-        return np.rint(parse_color(colors) * 255.0).astype(np.uint8)
-    found = as_colors(colors, (count,) if count is not None else (), "colors")
-    return found if found.dtype == np.uint8 else np.rint(found.astype(np.float64) * 255.0).astype(np.uint8)
-
-
-def check_name(kind: str, name: object, valid: Iterable[str]) -> None:
-    """Raise an InputError for a name that is not one of the valid ones, or no name at all."""
-    if not isinstance(name, str) or name not in valid:
-        raise unknown_name(kind, name, valid)

@@ -10,6 +10,7 @@ No fastmath and no contraction: the same bits on every processor.
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -118,8 +119,13 @@ def bare_helper(function: Function) -> Function:
     return _declare(function, forceinline=True, _nrt=False)
 
 
+def log_compile() -> None:
+    """Tell users of the library that they wait for the compiler; a program's own logging decides where that is seen."""
+    logging.getLogger("scanspan").warning("scanspan: compiling kernels for this machine; later starts find them on disk")
+
+
 class _CompileListener(event.Listener):
-    """Calls a function at the first kernel that has to be compiled (a cache hit is no compile)."""
+    """Calls a function at the first kernel of ours that has to be compiled (a cache hit is no compile)."""
 
     def __init__(self, announce: Callable[[], None]) -> None:
         self.announce = announce
@@ -127,7 +133,7 @@ class _CompileListener(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """Tell once."""
-        if not self.told:
+        if not self.told and event.data["dispatcher"].py_func.__module__.startswith("scanspan."):
             self.told = True
             self.announce()
 
@@ -135,9 +141,13 @@ class _CompileListener(event.Listener):
         """Nothing to do when a compile ends."""
 
 
+_LISTENER = _CompileListener(log_compile)
+event.register("numba:compile", _LISTENER)
+
+
 def on_first_compile(announce: Callable[[], None]) -> None:
-    """Call `announce` once, when a kernel is about to be compiled in this process."""
-    event.register("numba:compile", _CompileListener(announce))
+    """Call `announce` when a kernel is about to be compiled in this process for the first time, in the place of a log entry."""
+    _LISTENER.announce = announce
 
 
 def signature_count(function: Any) -> int:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.rings import FILL_RULES, list_rings, number_rings
+from scanspan.assets.rings import FILL_RULES, join_rings, number_rings
 from scanspan.errors import InputError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.polygon_triangles import PolygonTriangles, carry_values, triangulate_rings
@@ -62,32 +62,34 @@ def triangulate(
     if attributes is not None and not isinstance(attributes, Mapping):
         raise InputError(f"attributes: expected a mapping of names to values, got {type(attributes).__name__}")
     bits = check_subpixel_bits(subpixel_bits)
-    listed = list_rings(rings)
-    numbers, starts = number_rings(listed)
-    given = snap_points(np.concatenate([*listed, np.empty((0, 2))]), bits)
-    kept = given if len(numbers) == len(given) else given[numbers]
-    cut = triangulate_rings(kept, starts, FILL_RULES.index(fill_rule))
+    points, lengths = join_rings(rings)
+    numbers, starts = number_rings(points, lengths)
+    given = snap_points(points, bits)
+    cut = triangulate_rings(given if numbers is None else given[numbers], starts, FILL_RULES.index(fill_rule))
 
     # Number vertices: those given, then those made that are used.
-    vertices = numbers[cut.origin]
+    vertices = cut.origin if numbers is None else numbers[cut.origin]
     made = np.empty(0, np.int64)
     if cut.rounds:
         is_used = np.zeros(len(cut.points), bool)
         is_used[cut.triangles] = True
         made = np.flatnonzero(is_used & (cut.origin < 0))
+        vertices = vertices.copy()
         vertices[made] = np.arange(len(given), len(given) + len(made))
     positions = np.zeros((len(given) + len(made), 3))
-    positions[: len(given), :2], positions[len(given) :, :2] = given, cut.points[made]
-    positions /= float(1 << bits)
+    np.multiply(given if not len(made) else np.concatenate([given, cut.points[made]]), 0.5**bits, out=positions[:, :2])
     values = {
         name: carried(given_values, name, len(given), numbers, cut, made) for name, given_values in (attributes or {}).items()
     }
-    triangles = vertices.astype(np.int32)[cut.triangles]
-    return Mesh(positions, triangles, np.zeros(len(triangles), np.int32), values, inner=cut.inner, face_count=1)
+    triangles = vertices.astype(np.int32).take(cut.triangles)
+    faces = np.zeros(len(triangles), np.int32)
+    if values:
+        return Mesh(positions, triangles, faces, values, inner=cut.inner, face_count=1)
+    return Mesh.from_checked(positions, triangles, faces, cut.inner, 1)
 
 
 def carried(
-    values: ArrayLike, name: str, count: int, numbers: Int64Array, cut: PolygonTriangles, made: Int64Array
+    values: ArrayLike, name: str, count: int, numbers: Int64Array | None, cut: PolygonTriangles, made: Int64Array
 ) -> NDArray[Any]:
     """Return an attribute at the vertices of the mesh: as it was given, then at the points that were made."""
     array = as_array(values, f"attributes[{name!r}]")
@@ -98,5 +100,6 @@ def carried(
     kind = array.dtype if is_color or array.dtype.kind == "f" else np.dtype(np.float64)
     if not len(made):
         return array.astype(kind)
-    there = carry_values(array[numbers].astype(np.float64), cut.first, cut.rounds)[made]
+    own = array if numbers is None else array[numbers]
+    there = carry_values(own.astype(np.float64), cut.first, cut.rounds)[made]
     return np.concatenate([array.astype(kind), (np.rint(there) if kind.kind in "iu" else there).astype(kind)])

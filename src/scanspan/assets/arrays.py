@@ -40,6 +40,9 @@ def _first_entry(array: NDArray[Any]) -> str:
 
 def in_layout(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
     """Return the array in a type, C-contiguous, aligned and writable, copied only where it has to be."""
+    flags = array.flags
+    if type(array) is np.ndarray and array.dtype == dtype and flags.carray:
+        return array
     return np.require(array, dtype=dtype, requirements=["C", "A", "W", "E"])
 
 

@@ -23,13 +23,12 @@ MAX_SCREEN = float(1 << 24)  # pixels
 
 
 @kernel
-def find_bad_vertices(vertices: NDArray[np.float64], limit: float) -> bool:
-    """Say whether any number is not finite or beyond a limit; (V, k) float64, in one pass."""
-    bad = False
-    for i in range(vertices.shape[0]):
-        for k in range(vertices.shape[1]):
-            bad |= not (abs(vertices[i, k]) <= limit)
-    return bad
+def has_far_values(values: NDArray[np.float64], limit: float) -> bool:
+    """Say whether any of (N,) values is not finite or beyond a limit, in one pass."""
+    is_far = False
+    for i in range(values.shape[0]):
+        is_far |= not (abs(values[i]) <= limit)
+    return is_far
 
 
 @kernel
@@ -68,7 +67,7 @@ def collapse_bad(
     """Return clip coordinates and triangles that kernels can take; raise for, or collapse, those with a bad vertex."""
     if nonfinite not in NONFINITE:
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
-    if not find_bad_vertices(vertices, MAX_CLIP):
+    if not has_far_values(vertices.reshape(-1), MAX_CLIP):
         return vertices, corners
 
     # Quote the first bad vertex that is used, or collapse the triangles that use one.
@@ -101,7 +100,7 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
     with np.errstate(over="ignore"):
         triangles: NDArray[np.float64] = in_layout(array, np.float64)
-    if not find_bad_vertices(triangles.reshape(-1, 2), MAX_SCREEN):
+    if not has_far_values(triangles.reshape(-1), MAX_SCREEN):
         return triangles
 
     # Quote the first bad corner; a coordinate that is finite but far away is an error even when others are dropped.

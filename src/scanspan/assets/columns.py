@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.assets.arrays import as_array, in_layout
-from scanspan.assets.buffers import find_bad_vertices
+from scanspan.assets.buffers import has_far_values
 from scanspan.assets.mesh import NONFINITE
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import quote
@@ -74,7 +74,7 @@ def find_good(numbers: Float64Array, limit: float, nonfinite: str, name: str) ->
 
     Rows that are to be dropped are no reason to raise; what is finite but beyond the limit always is.
     """
-    if not find_bad_vertices(numbers.reshape(1, -1), limit):
+    if not has_far_values(numbers.reshape(-1), limit):
         return None
     with np.errstate(invalid="ignore"):
         good: BoolArray = np.all((np.abs(numbers) <= limit).reshape(len(numbers), -1), axis=1)

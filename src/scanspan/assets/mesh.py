@@ -102,13 +102,34 @@ class Mesh:
                 per_corner = {name: values[keep] for name, values in per_corner.items()}
 
         # Keep what has been checked, as read-only arrays of its own: what changed later would reach the kernels unchecked.
-        object.__setattr__(self, "positions", own(points))
-        object.__setattr__(self, "triangles", own(indices))
-        object.__setattr__(self, "source", own(faces))
-        object.__setattr__(self, "attributes", MappingProxyType({name: own(values) for name, values in per_vertex.items()}))
-        object.__setattr__(self, "corners", MappingProxyType({name: own(values) for name, values in per_corner.items()}))
-        object.__setattr__(self, "inner", own(cuts))
-        object.__setattr__(self, "face_count", total)
+        self._keep(points, indices, faces, cuts, total, per_vertex, per_corner)
+
+    def _keep(
+        self, points: NDArray[np.float64], indices: NDArray[np.int32], faces: NDArray[np.int32], cuts: NDArray[np.uint8],
+        total: int, per_vertex: Mapping[str, NDArray[Any]], per_corner: Mapping[str, NDArray[Any]],
+    ) -> None:  # fmt: skip
+        """Become the mesh of arrays that are as they must be."""
+        self.__dict__.update(
+            positions=own(points),
+            triangles=own(indices),
+            source=own(faces),
+            attributes=MappingProxyType({name: own(values) for name, values in per_vertex.items()}),
+            corners=MappingProxyType({name: own(values) for name, values in per_corner.items()}),
+            inner=own(cuts),
+            face_count=total,
+        )
+
+    @classmethod
+    def from_checked(
+        cls, positions: NDArray[np.float64], triangles: NDArray[np.int32], source: NDArray[np.int32], inner: NDArray[np.uint8],
+        face_count: int,
+    ) -> Mesh:  # fmt: skip
+        """Build a mesh from arrays that the package itself has made, which are kept as they are and checked no more."""
+        mesh = cls.__new__(cls)
+        for array in (positions, triangles, source, inner):
+            array.flags.writeable = False
+        mesh._keep(positions, triangles, source, inner, face_count, {}, {})
+        return mesh
 
     @classmethod
     def from_polygons(

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from itertools import count
+from itertools import accumulate, count
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scanspan.assets.arrays import as_array
+from scanspan.assets.arrays import as_array, in_layout
 from scanspan.errors import InputError
 from scanspan.records import Float64Array, Int32Array, Int64Array
 
 FILL_RULES = ("even-odd", "non-zero", "positive", "negative", "abs-geq-two")
 MAX_COORDINATE = 1 << 24  # pixels; screen coordinates beyond it are refused or cut back, see geometry/fixed_point.py
+
+
+def has_far_points(points: Float64Array) -> bool:
+    """Say whether any coordinate is not finite or beyond 2^24 pixels. Reading a model need not load the compiler."""
+    from scanspan.assets.buffers import has_far_values
+
+    return has_far_values(points.reshape(-1), float(MAX_COORDINATE))
 
 
 def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Array:
@@ -25,8 +32,8 @@ def as_points(values: ArrayLike, shape: tuple[int, ...], name: str) -> Float64Ar
         raise InputError(
             f"{name}: expected numbers of shape (N, {', '.join(map(str, shape))}), got {array.dtype} {array.shape}"
         )
-    points = np.ascontiguousarray(array, np.float64)
-    if not (points.min() >= -MAX_COORDINATE and points.max() <= MAX_COORDINATE):
+    points = in_layout(array, np.float64)
+    if has_far_points(points):
         row = int(np.argwhere(~(np.abs(points) <= MAX_COORDINATE))[0][0])
         raise InputError(f"{name}[{row}] = {points[row].tolist()}: expected finite numbers within {MAX_COORDINATE} pixels")
     return points
@@ -37,8 +44,8 @@ def is_plain(ring: Any) -> bool:
     return type(ring) is np.ndarray and ring.dtype == np.float64 and ring.ndim == 2 and ring.shape[1] == 2
 
 
-def list_rings(rings: Any) -> list[Float64Array]:
-    """Return rings as they were given, each (M, 2) float64, checked; see as_rings."""
+def join_rings(rings: Any) -> tuple[Float64Array, list[int]]:
+    """Return the points of rings, (P, 2) float64, ring after ring, checked, with closing points, and the rings' lengths."""
     try:
         is_single = np.ndim(rings[0][0]) == 0 if len(rings) and len(rings[0]) else False
     except (TypeError, ValueError, LookupError):
@@ -46,11 +53,13 @@ def list_rings(rings: Any) -> list[Float64Array]:
 
     # Check plain arrays together, and one by one only to quote what is wrong.
     if not is_single and len(rings) and all(is_plain(ring) for ring in rings):
-        listed = list(rings)
-        if (np.abs(np.concatenate(listed)) <= MAX_COORDINATE).all():
-            return listed
+        points = np.concatenate(rings)
+        if not has_far_points(points):
+            return points, [len(ring) for ring in rings]
     names = ("rings" if is_single else f"rings[{number}]" for number in count())
-    return [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
+    listed = [as_points(ring, (2,), name) for ring, name in zip([rings] if is_single else rings, names)]
+    points = listed[0] if len(listed) == 1 else np.concatenate([*listed, np.empty((0, 2))])
+    return points, [len(ring) for ring in listed]
 
 
 def lay_plain_polygons(polygons: list[Any], limit: float) -> tuple[Float64Array, Int32Array, Int32Array] | None:
@@ -93,20 +102,34 @@ def lay_plain_polygons(polygons: list[Any], limit: float) -> tuple[Float64Array,
     return points, starts, np.concatenate([[0], np.cumsum(holds)])[ends].astype(np.int32)
 
 
-def number_rings(rings: list[Float64Array]) -> tuple[Int64Array, Int32Array]:
-    """Return which points of rings outline something, (V,) by position in all of them, and where each ring starts, (R + 1,).
+def number_rings(points: Float64Array, lengths: list[int]) -> tuple[Int64Array | None, Int32Array]:
+    """Return which points of rings outline something, (V,) or None for all, and where each ring starts, (R + 1,).
 
     A closing point is left out, and so are rings of under 3 points.
+
+    Parameters
+    ----------
+    points : (P, 2), ring after ring.
+    lengths : of the rings.
     """
-    kept, starts, before = [np.empty(0, np.int64)], [0], 0
-    for points in rings:
-        length = len(points)
-        if length > 1 and points[0, 0] == points[-1, 0] and points[0, 1] == points[-1, 1]:
-            length -= 1
-        if length > 2:
-            kept.append(np.arange(before, before + length))
-            starts.append(starts[-1] + length)
-        before += len(points)
+    if not lengths or min(lengths) < 3:
+        return _number_some(points, [length for length in lengths if length > 0])
+    starts = np.array([0, *accumulate(lengths)], np.int32)
+    first, last = points.take(starts[:-1], 0), points.take(starts[1:] - 1, 0)
+    return _number_some(points, lengths) if (first == last).all(axis=1).any() else (None, starts)
+
+
+def _number_some(points: Float64Array, lengths: list[int]) -> tuple[Int64Array, Int32Array]:
+    """Return what number_rings does, where points or rings have to be left out; no ring is empty."""
+    starts, kept, before = [0], [np.empty(0, np.int64)], 0
+    for length in lengths:
+        last = before + length - 1
+        is_closed = length > 1 and points[before, 0] == points[last, 0] and points[before, 1] == points[last, 1]
+        used = length - 1 if is_closed else length
+        if used > 2:
+            kept.append(np.arange(before, before + used))
+            starts.append(starts[-1] + used)
+        before += length
     return np.concatenate(kept), np.array(starts, np.int32)
 
 
@@ -117,6 +140,6 @@ def as_rings(rings: Any) -> tuple[Float64Array, Int32Array]:
     ----------
     rings : one ring, (M, 2) points in pixels, or a list of rings; the closing point may be repeated.
     """
-    listed = list_rings(rings)
-    numbers, starts = number_rings(listed)
-    return np.concatenate([np.empty((0, 2)), *listed])[numbers], starts
+    points, lengths = join_rings(rings)
+    numbers, starts = number_rings(points, lengths)
+    return points if numbers is None else points[numbers], starts

@@ -27,7 +27,7 @@ from typer.main import get_command
 from scanspan import __version__
 from scanspan.cli import study
 from scanspan.cli.draw import draw
-from scanspan.cli.warming import run_kernels
+from scanspan.cli.warming import Helper, warm
 from scanspan.errors import InputError, ScanspanError, unknown_name
 from scanspan.view import options
 from scanspan.view.reporter import Reporter, to_line
@@ -171,8 +171,8 @@ def render(
         None if aov is None else [name.strip() for name in aov.split(",")], names, metadata, words.parse_axis(up),
         words.parse_shade("--color", color), shot, given(look), given(limits),
     )  # fmt: skip
-    with Reporter(verbose) as reporter:
-        printed = run(request, reporter)
+    with Reporter(verbose) as reporter, Helper() as helper:
+        printed = run(request, reporter, helper)
     write_out(printed)
 
 
@@ -207,13 +207,13 @@ def choose_output(model: str, output: str | None, aov: str | None, views: list[s
     return target
 
 
-def run(request: Request, reporter: Reporter) -> bytes | str:
+def run(request: Request, reporter: Reporter, helper: Helper) -> bytes | str:
     """Render what was asked for, write it, and return what goes to standard output."""
     reporter.stage(f"reading {request.model}")
     scene = read_scene(request, reporter)
     check_interrupt()
     reporter.stage("starting the compiler")
-    reporter.await_kernels()
+    reporter.await_kernels(lambda: helper.start(request))
     from scanspan.pipeline import MAX_PIXELS, check_pixels, render
     from scanspan.target.frame import FIELDS
     from scanspan.target.image import encode_image, image_format, write_bytes
@@ -360,17 +360,7 @@ def info(
     write_out((to_json(record) if as_json else to_text(record)) + "\n")
 
 
-@app.command()
-def warm(every: options.Every = False, verbose: options.Verbose = False) -> None:
-    """Compile kernels now, so that every later start is quick, and tell where they are kept."""
-    with Reporter(verbose) as reporter:
-        reporter.stage("compiling")
-        reporter.await_kernels()
-        run_kernels(reporter, every)
-        from scanspan.view.metadata import describe_kernels
-
-        kept = describe_kernels()
-    write_out(f"{kept['kernels']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n")
+app.command()(warm)
 
 
 def write_out(content: bytes | str) -> None:

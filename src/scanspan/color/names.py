@@ -10,7 +10,6 @@ from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
-from PIL import ImageColor
 
 from scanspan.errors import InputError
 from scanspan.homogeneous import quote
@@ -41,6 +40,8 @@ def parse_color(value: object) -> Float64Array:
     True
     """
     if isinstance(value, str):
+        from PIL import ImageColor  # which takes a while, and only names need it
+
         name = value.strip()
         if name.lower() == "transparent":
             return np.zeros(4)

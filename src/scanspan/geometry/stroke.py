@@ -15,6 +15,7 @@ Source: SVG 2, section 13.5, the shape of a stroke.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -36,15 +37,27 @@ class Shapes(NamedTuple):
     shape_rings: Int64Array  # (S + 1,) rings
 
 
+@lru_cache(maxsize=16)
 def circle(radius: float) -> Float64Array:
     """Return points on the unit circle, (M, 2), so many that for a radius in pixels no side is further inside than 1/50 pixel.
 
     They are ((1 - t^2) / (1 + t^2), 2 t / (1 + t^2)), a quarter at a time, which every processor rounds alike; a sine is not.
+    Not to be changed.
     """
     quarter = max(4, int(np.ceil(np.sqrt(radius) * 5.2)))
     t = np.arange(quarter) / quarter
     x, y = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
     return np.concatenate([np.stack(side, axis=1) for side in ((x, y), (-y, x), (-x, -y), (y, -x))])
+
+
+@lru_cache(maxsize=16)
+def fan(radius: float, shape: str) -> Float64Array:
+    """Return a square or a disc about (0, 0) as triangles, (T, 3, 2), not to be changed; radius is half of its extent."""
+    rim = radius * (SQUARE[::-1] if shape == "square" else circle(radius))
+    count = len(rim)
+    corners = np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+    triangles: Float64Array = rim[corners]
+    return triangles
 
 
 def unit(vectors: Float64Array) -> Float64Array:

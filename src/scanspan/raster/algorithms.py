@@ -87,6 +87,7 @@ PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
     "warnock": dict.fromkeys(ORDERS, kernels_of(warnock, "warnock_pixels", hits=WARNOCK["hits"])),
 }
 
+NEVER = Event()  # to stop; what one thread does is not stopped by another
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
@@ -144,11 +145,19 @@ def run_kernel(
                 kernel(target, counters, drawn, first, min(first + CHUNK, count), within)
         return counters
 
-    height, width = sampling.y_end, sampling.x_end
-    if count < SMALL and height * width < SMALL_IMAGE:
+    height = sampling.y_end
+    if threads > 1 and count < SMALL and is_small(triangles.xy, (sampling.x_end, height), sampling.subpixel_bits):
         threads = 1
     counted = run_bands(scan_band, height, threads, passes)
     return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
+
+
+def is_small(xy: Int64Array, size: tuple[int, int], subpixel_bits: int) -> bool:
+    """Say whether so few pixels of an image lie in the box about points, (N, 2) sub-pixels, that threads would cost more."""
+    if size[0] * size[1] < SMALL_IMAGE or not len(xy):
+        return True
+    low, high = np.clip([xy.min(axis=0) >> subpixel_bits, (xy.max(axis=0) >> subpixel_bits) + 1], 0, size)
+    return int((high[0] - low[0]) * (high[1] - low[1])) < SMALL_IMAGE
 
 
 def with_outlines(triangles: ScreenTriangles, sampling: Sampling) -> ScreenTriangles:
@@ -187,11 +196,11 @@ def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int,
     At least `passes` bands, and two a thread, so that one that finishes early has something to do; `each` a thread where it is
     dear that every band looks at everything. `stop` is set when the others need not go on.
     """
-    stop = Event()
     count = max(1, min(max(passes, each * threads if threads > 1 else 1), height))
     edges = [height * i // count for i in range(count + 1)]
     if threads == 1 or count == 1:
-        return [work(y_start, y_end, stop) for y_start, y_end in pairwise(edges)]
+        return [work(y_start, y_end, NEVER) for y_start, y_end in pairwise(edges)]
+    stop = Event()
     with ThreadPoolExecutor(threads) as pool:
         try:
             return list(pool.map(work, edges[:-1], edges[1:], [stop] * count))

@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 import operator
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -97,6 +99,12 @@ def check_flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
+def check_name(kind: str, name: object, valid: Iterable[str]) -> None:
+    """Raise an InputError for a name that is not one of the valid ones, or no name at all."""
+    if not isinstance(name, str) or name not in valid:
+        raise unknown_name(kind, name, valid)
+
+
 def check_subpixel_bits(value: Any) -> int:
     """Return the number of sub-pixel bits, 4 to 16."""
     return check_integer("subpixel_bits", value, MIN_SUBPIXEL_BITS, MAX_SUBPIXEL_BITS)
@@ -110,6 +118,7 @@ def check_threads(value: Any) -> int:
     return check_integer("threads", value, 1, 4096)
 
 
+@lru_cache(maxsize=64)
 def sample_centers(size: tuple[int, int], subpixel_bits: int) -> Sampling:
     """Return the sampling of polygons and lines: at centres, top-left, nothing culled."""
     offset = sample_offsets(1, subpixel_bits)[0]

@@ -15,40 +15,65 @@ import numpy as np
 
 from scanspan.geometry.fill_rule import is_filled
 from scanspan.jit import kernel
-from scanspan.raster.flood import flood_kernel
+from scanspan.raster.flood import CHANGES, FILLED, enlarge, flood, make_room, read_row
 from scanspan.raster.parity import cross_row
-from scanspan.records import Array, Int32Array, Int64Array, UInt8Array
+from scanspan.records import Int32Array, Int64Array
 
-OUTLINE = np.array([1], np.uint8)
+OUTLINE = 1
 
 
 @kernel
 def fill_regions(
-    outline: UInt8Array, inside: Array, outside: Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int,
-    border: UInt8Array, sample_x: int, sample_y: int, s: int,
-) -> None:  # fmt: skip
-    """Mark every pixel that is not on the outline as inside or outside, region by region.
+    drawn: Int32Array, xy: Int64Array, ring_starts: Int32Array, fill_rule: int, sample_x: int, sample_y: int, s: int
+) -> None:
+    """Set the pixels of all regions that are inside to OUTLINE, region by region.
 
-    Shapes  outline: (H, W, 1) uint8, 1 on the outline; inside, outside: (H, W) bool, False at first; xy: (V, 2);
-            ring_starts: (R + 1,); border: OUTLINE.
+    Shapes  drawn: (H, W) int32, OUTLINE on the outline, else 0; xy: (V, 2); ring_starts: (R + 1,).
     Units   xy in sub-pixels from the corner of pixel (0, 0); the sample likewise.
     Needs   coordinates within 2^24 px.
     """
-    count, counters = xy.shape[0], np.zeros(3, np.int64)
+    count, height = xy.shape[0], drawn.shape[0]
     f, a, turn = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
-    for j in range(outline.shape[0]):
+    room = make_room(height, drawn.shape[1])
+    for j in range(height):
+        if room.rows[j, 0] < 0:
+            room = enlarge(room)
+            read_row(drawn, room, np.int64(j), OUTLINE, 0, True)
         edges = -1
-        for i in range(outline.shape[1]):
-            if outline[j, i, 0] == 1 or inside[j, i] or outside[j, i]:
+        for k in range(room.rows[j, 0], room.rows[j, 1]):
+            if room.done[k] == 1:
                 continue
             if edges < 0:
                 edges = cross_row(xy, ring_starts, np.int64(sample_x), (np.int64(j) << s) + sample_y, s, f, a, turn)
 
-            # Ask the fill rule about this seed, and fill its region.
+            # Ask the fill rule about this seed, and find its region; forget it where it is outside.
+            i = np.int64(room.changes[2 * k])
             crossings = winding = np.int64(0)
-            for k in range(edges):
-                if f[k] + i * a[k] >= 0:
+            for e in range(edges):
+                if f[e] + i * a[e] >= 0:
                     crossings += 1
-                    winding += turn[k]
-            filled = inside if is_filled(fill_rule, crossings, winding) else outside
-            flood_kernel(outline, filled, i, j, border, 0, True, False, counters)
+                    winding += turn[e]
+            before = room.counts[FILLED]
+            room = flood(drawn, room, i, j, OUTLINE, 0, True, False)
+            if not is_filled(fill_rule, crossings, winding):
+                room.counts[FILLED] = before
+
+    # Draw what is inside; until here the outline had to stay as it was.
+    for n in range(room.counts[FILLED]):
+        for x in range(room.filled[n, 0], room.filled[n, 2] + 1):
+            drawn[room.filled[n, 1], x] = OUTLINE
+
+
+@kernel
+def drawn_runs(drawn: Int32Array) -> Int64Array:
+    """Return the runs of pixels that are OUTLINE, (N, 4) as segments x0, y, x1, y, both ends included."""
+    height, width = drawn.shape
+    room = make_room(height, width)
+    for j in range(height):
+        room = enlarge(room)
+        read_row(drawn, room, np.int64(j), OUTLINE, 0, False)
+    runs = np.empty((room.counts[CHANGES] >> 1, 4), np.int64)
+    for j in range(height):
+        for k in range(room.rows[j, 0], room.rows[j, 1]):
+            runs[k, 0], runs[k, 1], runs[k, 2], runs[k, 3] = room.changes[2 * k], j, room.changes[2 * k + 1] - 1, j
+    return runs

@@ -76,6 +76,11 @@ def write_sample_srgb(row: UInt8Array, q: int, inside: bool, depth: float, numbe
         blend_over(row, q, np.int64(depth), ONE, 0)
 
 
+def pack_values(codes: UInt8Array, count: int) -> Float64Array:
+    """Return `count` packed colours of codes, (4,) for all or (count, 4)."""
+    return np.full(count, pack_colors(codes)) if codes.ndim == 1 else pack_colors(codes)
+
+
 def pack_colors(colors: UInt8Array) -> Float64Array:
     """Return (..., 4) uint8 colours as whole numbers of 32 bits, red lowest, in float64 as depths are."""
     packed: Float64Array = np.ascontiguousarray(colors).view("<u4")[..., 0].astype(np.float64)

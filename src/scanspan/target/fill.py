@@ -18,10 +18,10 @@ from threading import Event
 import numpy as np
 
 from scanspan.geometry.polygon_triangles import flat_triangles
-from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, run_bands, run_kernel
-from scanspan.raster.seeds import OUTLINE, fill_regions
-from scanspan.raster.segment import DIAMOND_EXIT, MIDPOINT
-from scanspan.records import Array, BoolArray, Float64Array, Int32Array, Int64Array, Sampling
+from scanspan.raster.algorithms import SMALL, is_small, run_bands, run_kernel
+from scanspan.raster.seeds import OUTLINE, drawn_runs, fill_regions
+from scanspan.raster.segment import DIAMOND_EXIT, RUN_LENGTH
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling
 from scanspan.target.paint import PAINTERS, PARITY, SCANLINE, SEGMENTS
 
 Fill = Callable[[str, Array, Int64Array, Int32Array, int, float, Sampling, int], None]
@@ -49,8 +49,9 @@ def fill_polygons(
             rows = sampling._replace(y_start=y_start, y_end=y_end)
             SCANLINE[kind](target, xy, starts, polygon_rings, rule, colors, rows)
 
-    is_small = len(xy) < SMALL and target.shape[0] * target.shape[1] < SMALL_IMAGE
-    run_bands(fill_band, len(target), 1 if is_small else threads, each=1)
+    size = target.shape[1], target.shape[0]
+    is_little = threads > 1 and len(xy) < SMALL and is_small(xy, size, sampling.subpixel_bits)
+    run_bands(fill_band, len(target), 1 if is_little else threads, each=1)
 
 
 def fill_parity(
@@ -87,25 +88,19 @@ def fill_flood(
     drawn, following = np.zeros((height, width), np.int32), np.arange(1, len(points) + 1)
     following[starts[1:] - 1] = starts[:-1]
     segments = np.concatenate([points, points[following]], axis=1)
-    SEGMENTS["opaque"](drawn, segments, np.ones(len(segments)), DIAMOND_EXIT, s)
+    SEGMENTS["opaque"](drawn, segments, np.full(len(segments), float(OUTLINE)), DIAMOND_EXIT, s)
     x, y = (points >> s).T
     is_near = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    drawn[y[is_near], x[is_near]] = 1
+    drawn[y[is_near], x[is_near]] = OUTLINE
 
     # Fill what is inside, and paint both.
-    inside, outside = np.zeros((height, width), bool), np.zeros((height, width), bool)
-    outline = drawn.astype(np.uint8)[..., None]
-    fill_regions(outline, inside, outside, points, starts, rule, OUTLINE, sampling.sample_x, sampling.sample_y, s)
-    paint_mask(kind, target, inside | (drawn == 1), value, x_start, y_start)
+    fill_regions(drawn, points, starts, rule, sampling.sample_x, sampling.sample_y, s)
+    paint_runs(kind, target, drawn_runs(drawn) + np.array([x_start, y_start] * 2), value)
 
 
-def paint_mask(kind: str, target: Array, mask: BoolArray, value: float, x_start: int = 0, y_start: int = 0) -> None:
-    """Paint the pixels of a mask, (h, w), whose corner lies at a pixel of the target, run by run."""
-    changes = np.diff(mask, axis=1, prepend=False, append=False)
-    y, x = np.nonzero(changes)
-    first, last, row = x[::2] + x_start, x[1::2] + x_start - 1, y[::2] + y_start
-    runs = np.stack([first, row, last, row], axis=1).astype(np.int64)
-    SEGMENTS[kind](target, runs, np.full(len(runs), value), MIDPOINT, 8)
+def paint_runs(kind: str, target: Array, runs: Int64Array, value: float) -> None:
+    """Paint runs of pixels, (N, 4) as segments x0, y, x1, y, in one colour."""
+    SEGMENTS[kind](target, runs, np.full(len(runs), value), RUN_LENGTH, 8)
 
 
 FILLS: dict[str, Fill] = {

@@ -200,8 +200,14 @@ def crop(screen: ScreenTriangles, sampling: Sampling) -> tuple[ScreenTriangles, 
     if x_start >= x_end or y_start >= y_end:
         return None
     if x_start or y_start:
-        screen = screen._replace(xy=screen.xy - (np.array([x_start, y_start]) << s))
+        screen, sampling = screen._replace(xy=screen.xy - (np.array([x_start, y_start]) << s)), move(sampling, x_start, y_start)
     return screen, sampling._replace(x_end=x_end - x_start, y_end=y_end - y_start), x_start, y_start
+
+
+def move(sampling: Sampling, x: int, y: int) -> Sampling:
+    """Return a sampling whose off-screen point, where the rule has one, is seen from a pixel; a direction stays."""
+    s, w = sampling.subpixel_bits, sampling.rule_w
+    return sampling._replace(rule_x=sampling.rule_x - (x << s) * w, rule_y=sampling.rule_y - (y << s) * w)
 
 
 def paint_opaque(
@@ -248,7 +254,7 @@ def paint_translucent(
     def paint_band(row: int, row_end: int, stop: Event) -> None:
         """Paint the rows of one band, as many triangles at once as the lists have room for."""
         moved = screen._replace(xy=screen.xy - np.array([0, row << sampling.subpixel_bits]))
-        within, counters = sampling._replace(y_end=row_end - row), np.zeros(COUNTERS, np.int64)
+        within, counters = move(sampling, 0, row)._replace(y_end=row_end - row), np.zeros(COUNTERS, np.int64)
         lists, waiting = np.zeros((row_end - row, width, LISTED + 1), np.int32), [(0, count)]
         while waiting and not stop.is_set():
             first, last = waiting.pop()

@@ -11,7 +11,7 @@ from scanspan.geometry.dash import dash_chain, dash_segments
 from scanspan.geometry.stroke import Shapes, circle, point_shapes, segment_shapes
 from scanspan.raster.stroke_options import Stroke
 from scanspan.records import Float64Array, Int64Array, UInt8Array
-from scanspan.target.blend import pack_colors
+from scanspan.target.blend import pack_colors, pack_values
 from scanspan.target.strokes import paint_covered, paint_shapes
 
 BATCH = 1 << 16  # points of outlines that are made at once
@@ -30,7 +30,7 @@ def stroke_segments(
     antialias : whether pixels are blended by the area that is covered, or painted where their centre is.
     blend : "linear" or "srgb".
     """
-    values = np.broadcast_to(pack_colors(codes), len(ends)).astype(np.float64)
+    values = pack_values(codes, len(ends))
     is_opaque, is_linear = bool((codes[..., 3] == 255).all()), blend == "linear"
     size = max(1, BATCH // (len(circle(stroke.width / 2)) + 2 if stroke.cap == "round" else 4))
     for first in range(0, len(ends), size):
@@ -81,7 +81,7 @@ def cover_points(
     pixels: UInt8Array, centres: Float64Array, codes: UInt8Array, size: float, shape: str, is_linear: bool, threads: int
 ) -> None:
     """Paint squares or discs round centres, (N, 2), by the area of pixels that they cover."""
-    values = np.broadcast_to(pack_colors(codes), len(centres)).astype(np.float64)
+    values = pack_values(codes, len(centres))
     step = max(1, BATCH // (4 if shape == "square" else len(circle(size / 2))))
     for first in range(0, len(centres), step):
         shapes = point_shapes(centres[first : first + step], size, shape)

@@ -10,6 +10,7 @@ import json
 import os
 import platform
 import sys
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -228,8 +229,8 @@ def describe_machine() -> Record:
     }
 
 
-def describe_kernels() -> Record:
-    """Return where the machine code of the kernels is kept, how many are in use, and how many were compiled just now."""
+def used_kernels() -> dict[str, Any]:
+    """Return what numba knows of the kernels that were compiled or loaded and are kept on disk, by name."""
     dispatchers = {
         id(value): value
         for name, module in list(sys.modules.items())
@@ -237,12 +238,27 @@ def describe_kernels() -> Record:
         for value in list(vars(module).values())
         if hasattr(value, "py_func") and hasattr(value, "stats")
     }
-    loaded = [kernel.stats for kernel in dispatchers.values() if kernel.stats.cache_hits or kernel.stats.cache_misses]
-    kept = [stats for stats in loaded if stats.cache_path]
+    stats = {f"{kernel.py_func.__module__}.{kernel.py_func.__name__}": kernel.stats for kernel in dispatchers.values()}
+    return {name: known for name, known in stats.items() if known.cache_path and (known.cache_hits or known.cache_misses)}
+
+
+def compiled_kernels() -> list[str]:
+    """Return the names of the kernels that were compiled by this process."""
+    return [name for name, known in used_kernels().items() if known.cache_misses]
+
+
+def describe_kernels(elsewhere: Iterable[str] = ()) -> Record:
+    """Return where the machine code of the kernels is kept, how many are in use, and how many were compiled just now.
+
+    Parameters
+    ----------
+    elsewhere : names of those that another process has compiled just now.
+    """
+    kept = used_kernels()
     return {
-        "folder": os.path.commonpath([stats.cache_path for stats in kept]) if kept else None,
+        "folder": os.path.commonpath([known.cache_path for known in kept.values()]) if kept else None,
         "kernels": len(kept),
-        "compiled": sum(bool(stats.cache_misses) for stats in kept),
+        "compiled": len(set(kept) & {*compiled_kernels(), *elsewhere}),
     }
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 COMPILE_SECONDS = 10  # all kernels of a first picture, on a desktop machine of 2026
@@ -61,8 +62,13 @@ class Reporter:
         if self.is_verbose:
             self.note(f"{time.perf_counter() - self._started:6.2f} s  {text}")
 
-    def await_kernels(self) -> None:
-        """Tell when kernels have to be compiled, once."""
+    def await_kernels(self, begin: Callable[[], None] = lambda: None) -> None:
+        """Tell when kernels have to be compiled, once, and call what is to be begun then."""
         from scanspan.jit import on_first_compile
 
-        on_first_compile(lambda: self.note(f"compiling kernels for this machine, once (about {COMPILE_SECONDS} s)"))
+        def announce() -> None:
+            """Tell, and begin."""
+            self.note(f"compiling kernels for this machine, once (about {COMPILE_SECONDS} s)")
+            begin()
+
+        on_first_compile(announce)
