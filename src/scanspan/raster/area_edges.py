@@ -40,31 +40,54 @@ BLOCK_BITS = np.int64(5)  # columns are marked in blocks of 32
 BLOCK_MASK = np.int64(31)
 
 
+@bare_kernel
+def list_edges_of(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int, edges: Int64Array, starts: Int64Array
+) -> None:
+    """List the edges of polygons that go up or down within some rows, each from its upper end, in the order of the rings.
+
+    Shapes  edges: (V, 5), written as far as there are such; starts: (P + 1,), written.
+    """
+    count, below = np.int64(0), np.int64(height) << AREA_BITS
+    for n in range(polygon_rings.shape[0] - 1):
+        starts[n] = count
+        for r in range(polygon_rings[n], polygon_rings[n + 1]):
+            first, last = np.int64(ring_starts[r]), np.int64(ring_starts[r + 1])
+            for k in range(first, last):
+                after = k + 1 if k + 1 < last else first
+                down = np.int64(1) if xy[after, 1] > xy[k, 1] else np.int64(-1)
+                upper, lower = (k, after) if down > 0 else (after, k)
+                if xy[upper, 1] < xy[lower, 1] and xy[lower, 1] > 0 and xy[upper, 1] < below:
+                    edges[count, X0], edges[count, Y0] = xy[upper, 0], xy[upper, 1]
+                    edges[count, X1], edges[count, Y1] = xy[lower, 0], xy[lower, 1]
+                    edges[count, DOWN] = down
+                    count += 1
+    starts[polygon_rings.shape[0] - 1] = count
+
+
 def gather_areas(
-    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int, windings: Int64Array
 ) -> tuple[Int64Array, Int64Array]:
     """Return the edges of polygons that go up or down within some rows, and where those of each polygon start, (P + 1,).
 
-    Each comes from its upper end, (N, 5), those of a polygon ordered by it.
+    Each comes from its upper end, (N, 5), those of a polygon ordered by it, unless it is convex.
 
     Parameters
     ----------
     xy : (V, 2) corners in sub-pixels of AREA_BITS bits.
     ring_starts : (R + 1,) rows of xy.
-    height : how many rows there are.
     polygon_rings : (P + 1,) polygon p has the rings polygon_rings[p] to polygon_rings[p + 1].
+    height : how many rows there are.
+    windings : (P,) those within convex polygons, 0 for others.
     """
-    after = np.arange(1, len(xy) + 1)
-    after[ring_starts[1:] - 1] = ring_starts[:-1]
-    owner = np.repeat(np.arange(len(polygon_rings) - 1), np.diff(ring_starts[polygon_rings]))
-    goes_down = (xy[after, 1] > xy[:, 1])[:, None]
-    upper, lower = np.where(goes_down, xy, xy[after]), np.where(goes_down, xy[after], xy)
-    edges = np.concatenate([upper, lower, np.where(goes_down, 1, -1)], axis=1)
-    within = (edges[:, Y0] < edges[:, Y1]) & (edges[:, Y1] > 0) & (edges[:, Y0] < height << int(AREA_BITS))
-    edges, owner = edges[within], owner[within]
-    order = np.lexsort((edges[:, Y0], owner)) if len(polygon_rings) > 2 else np.argsort(edges[:, Y0], kind="stable")
-    starts = np.searchsorted(owner[order], np.arange(len(polygon_rings)))
-    return np.ascontiguousarray(edges[order], np.int64), starts
+    edges, starts = np.empty((len(xy), CORNER_COLUMNS), np.int64), np.empty(len(polygon_rings), np.int64)
+    list_edges_of(xy, ring_starts, polygon_rings, height, edges, starts)
+    edges, counts = edges[: starts[-1]], np.diff(starts)
+    swept = np.flatnonzero(np.repeat(windings == 0, counts))
+    owner = np.repeat(np.flatnonzero(windings == 0), counts[windings == 0])
+    order = np.lexsort((edges[swept, Y0], owner)) if len(windings) > 1 else np.argsort(edges[swept, Y0], kind="stable")
+    edges[swept] = edges[swept[order]]
+    return edges, starts
 
 
 @bare_helper
@@ -84,6 +107,18 @@ def divide_length(high: Integer, low: Integer, divisor: Integer) -> tuple[Intege
         digit = rest // divisor
         rest, length = rest - digit * divisor, (length << DIGIT_BITS) + digit
     return length, rest
+
+
+@bare_helper
+def divide_near(product: Integer, divisor: Integer) -> tuple[Integer, Integer]:
+    """Return a product divided as a length, and the remainder, as divide_length does.
+
+    Needs   0 < divisor < 2^34; the quotient is below 2^18 px.
+    """
+    whole = product // divisor
+    rest = (product - whole * divisor) << SHIFT
+    part = rest // divisor
+    return (whole << SHIFT) + part, rest - part * divisor
 
 
 @bare_helper
@@ -171,18 +206,16 @@ def step_border(edges: Int64Array, e: Integer) -> None:
 
 
 @bare_helper
-def leave_trapezoid(
-    sums: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
-) -> None:
-    """Add what a piece covers of one column, and of all further right, to the row's sums.
+def leave_trapezoid(sums: Int64Array, place: Integer, height: Integer, inset: Integer, sign: Integer) -> None:
+    """Add what a piece covers of one pixel, and of all further right, to the row's sums.
 
-    Shapes  sums: (W + 2,), areas; their running sum is the coverage.
+    Shapes  sums: areas; their running sum along a row is the coverage.
+    Units   height: a length; inset: how far right of the pixel's left border it is at its upper and its lower end, together.
     """
-    height = bottom - top
-    offset = np.float64(x_top + x_bottom - 2 * (column << LENGTH_BITS)) * (0.5 / np.float64(ONE))
+    offset = np.float64(inset) * (0.5 / np.float64(ONE))
     left_out = sign * np.int64(np.rint(np.float64(height) * offset * (UNIT / np.float64(ONE))))
-    sums[column] += sign * (height << 8) - left_out
-    sums[column + 1] += left_out
+    sums[place] += sign * (height << 8) - left_out
+    sums[place + 1] += left_out
 
 
 @bare_helper
@@ -219,7 +252,7 @@ def leave_cell(
     sign: Integer,
 ) -> None:  # fmt: skip
     """Leave what a piece covers of one column, and its moments where they are kept."""
-    leave_trapezoid(sums, column, top, bottom, x_top, x_bottom, sign)
+    leave_trapezoid(sums, column, bottom - top, x_top + x_bottom - 2 * (column << LENGTH_BITS), sign)
     if moments.shape[1] > 0:
         leave_moments(moments, column, top, bottom, x_top, x_bottom, sign)
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.jit import bare_helper, bare_kernel
+from scanspan.raster.area_convex import BOX
 from scanspan.raster.area_edges import (
     BLOCK_BITS,
     EDGE_COLUMNS,
@@ -52,6 +53,8 @@ class AreaSweep(NamedTuple):
     sums: Int64Array  # (W + 2,) of a row
     moments: Int64Array  # (3, W + 2) of a row, or (3, 0) where none are kept
     blocks: Int64Array  # (B,) where they are not 0
+    box: Int64Array  # (BOX,) sums of the rows of a convex polygon
+    extents: Int64Array  # (BOX, 2) the columns of each in which something was left
 
 
 def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
@@ -68,6 +71,8 @@ def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
         sums=np.zeros(width + 2, np.int64),
         moments=np.zeros((3, width + 2 if has_moments else 0), np.int64),
         blocks=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
+        box=np.zeros(BOX, np.int64),
+        extents=np.full((BOX // 2, 2), (BOX, -1), np.int64),
     )
 
 
