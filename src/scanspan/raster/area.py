@@ -109,16 +109,20 @@ class Areas(NamedTuple):
     windings: Int64Array  # (P,) within a convex polygon, 0 for others
 
 
-def make_areas(xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int]) -> Areas:
+def make_areas(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int], is_swept: bool = False
+) -> Areas:
     """Return polygons ready to be swept.
 
     Parameters
     ----------
     xy, ring_starts, polygon_rings : as for `gather_areas`.
     size : (width, height) of the image.
+    is_swept : whether convex polygons are swept as others are.
     """
-    windings = np.empty(len(polygon_rings) - 1, np.int64)
-    find_convex(xy, ring_starts, polygon_rings, size[0], windings)
+    windings = np.zeros(len(polygon_rings) - 1, np.int64)
+    if not is_swept:
+        find_convex(xy, ring_starts, polygon_rings, size[0], windings)
     edges, starts = gather_areas(xy, ring_starts, polygon_rings, size[1], windings)
     boxes = np.empty((len(windings), 4), np.int64)
     find_boxes(edges, starts, size[0], size[1], boxes)

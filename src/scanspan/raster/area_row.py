@@ -13,16 +13,21 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import bare_helper, bare_kernel
-from scanspan.raster.area_edges import AREA_BITS, DOWN, LENGTH_BITS, ONE, PIXEL, Y0, Y1, X, start_edge, step_to
+from scanspan.raster.area_edges import (
+    AREA_BITS, DOWN, LENGTH_BITS, ONE, PIXEL, X0, X1, Y0, Y1, X, corner_length, leave_area, leave_columns, leave_piece, start_edge, step_to
+)
 from scanspan.raster.area_events import drop_event, put_event
 from scanspan.raster.area_pieces import (
     AFTER,
     BEFORE,
     BOTTOM,
+    CORNERS,
     EDGE,
     GONE,
+    IS_FENCE,
     LISTED,
     LOOK,
+    NO_COLUMN,
     SIDE,
     SINCE,
     STATE,
@@ -40,6 +45,8 @@ from scanspan.raster.area_pieces import (
     is_inside,
     leave_until,
     list_edges,
+    mark_columns,
+    next_busy,
     set_piece,
     x_of,
 )  # fmt: skip
@@ -178,7 +185,7 @@ def settle(sweep: AreaSweep, looked: Integer, y: Integer, row: Integer, fill_rul
         winding = np.int64(0)
         if before != head:
             winding = pieces[before, WINDING] + edges[pieces[before, EDGE], DOWN]
-        while p != tail and pieces[p, WINDING] != winding:
+        while p != tail and pieces[p, IS_FENCE] == 0 and pieces[p, WINDING] != winding:
             pieces[p, WINDING] = winding
             if pieces[p, STATE] & TURNED == 0:
                 pieces[p, STATE] |= TURNED
@@ -235,52 +242,182 @@ def sweep_events(sweep: AreaSweep, count: Integer, row: Integer, fill_rule: int)
             listed, inserted = index_pieces(sweep), np.int64(0)
 
 
-@bare_kernel
-def sweep_row(
-    sweep: AreaSweep, count: Integer, following: Integer, total: Integer, row: Integer, fill_rule: int
-) -> tuple[Integer, Integer]:
-    """Leave what a polygon covers of one row in the sums; return the list's length and the first edge that begins below.
+@bare_helper
+def note_corner(corners: Int64Array, count: Integer, x: Integer, y: Integer, change: Integer) -> Integer:
+    """Note by how much the windings right of a corner change at its height; return how many corners there are.
 
-    Cost    O(n) for n edges in a quiet row, O((n + k) log n) with k events.
+    Shapes  corners: (CORNERS, 3); one more is counted than fit.
     """
-    edges, order, pieces, events = sweep.edges, sweep.order, sweep.pieces, sweep.events
-    upper, zero = row << AREA_BITS, np.int64(0)
-    lower, side = upper + PIXEL, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
-    count, following = list_edges(sweep, count, following, total, upper)
+    k = np.int64(0)
+    while k < min(count, CORNERS) and (corners[k, 0] != x or corners[k, 1] != y):
+        k += 1
+    if k == CORNERS:
+        return CORNERS + 1
+    if k == count:
+        corners[k, 0], corners[k, 1], corners[k, 2] = x, y, 0
+        count += 1
+    corners[k, 2] += change
+    return count
 
-    # Cut the edges to the row, and give each its side.
-    used, winding, was_inside = count, zero, False
+
+@bare_helper
+def mark_levels(sweep: AreaSweep, count: Integer) -> None:
+    """Mark the columns between corners that a level edge may join, for windings change all along it."""
+    corners, busy, side = sweep.corners, sweep.busy, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
+    zero, low, high = np.int64(0), side, np.int64(0)
+    if count > CORNERS:
+        low, high = high, low
+    for k in range(min(count, CORNERS)):
+        if corners[k, 2] != 0:
+            x = min(max(corner_length(corners[k, 0]), zero), side)
+            low, high = min(low, x), max(high, x)
+    if low <= high:
+        mark_columns(busy, low, high)
+
+
+@bare_helper
+def begin_row(sweep: AreaSweep, count: Integer, following: Integer, total: Integer, upper: Integer) -> tuple[bool, Integer]:
+    """Step the edges of a row to its lower border, and mark the columns in which something happens.
+
+    Returns whether nothing does, and the first edge that begins below the row.
+    """
+    edges, order, spans, busy, corners = sweep.edges, sweep.order, sweep.spans, sweep.busy, sweep.corners
+    lower, side = upper + PIXEL, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
+    zero, is_quiet, foremost, leader = np.int64(0), True, np.int64(0), np.int64(0)
+    noted: Integer = np.int64(0)
     for p in range(count):
         e = order[p]
         x_top = edges[e, X]
         x_bottom = step_to(edges, e, lower)
-        bottom = ONE if edges[e, Y1] >= lower else (edges[e, Y1] - upper) << (LENGTH_BITS - AREA_BITS)
-        pieces[p, TOP], pieces[p, BOTTOM], pieces[p, X_TOP], pieces[p, X_BOTTOM] = zero, bottom, x_top, x_bottom
-        pieces[p, EDGE], pieces[p, SINCE], pieces[p, WINDING], pieces[p, STATE] = e, zero, winding, LISTED
+        happens = bool(edges[e, Y1] < lower)
+        if happens:
+            noted = note_corner(corners, noted, edges[e, X1], edges[e, Y1], -edges[e, DOWN])
+        spans[p, 2], spans[p, 3] = x_top, x_bottom
         if min(x_top, x_bottom) < 0 or max(x_top, x_bottom) > side:
-            first = used
-            used = cut_piece(sweep, p, used, row)
-            pieces[p, WINDING], pieces[p, STATE] = winding, LISTED
-            for q in range(first, used):
-                put_event(events, 2 * q, pieces[q, TOP])
-        winding += edges[e, DOWN]
-        inside = is_inside(fill_rule, winding)
-        pieces[p, SIDE] = np.int64(inside) - np.int64(was_inside)
-        was_inside = inside
-        if pieces[p, BOTTOM] < ONE:
-            put_event(events, 2 * p, pieces[p, BOTTOM])
-        if p > 0 and crosses(pieces, p - 1, p):
-            put_event(events, 2 * p - 1, find_crossing(pieces, p - 1, p))
+            happens = happens or not (max(x_top, x_bottom) <= 0 or min(x_top, x_bottom) >= side)
+            x_top, x_bottom = min(max(x_top, zero), side), min(max(x_bottom, zero), side)
+        spans[p, 0], spans[p, 1] = x_top, x_bottom
+        if happens:
+            mark_columns(busy, x_top, x_bottom)
+            is_quiet = False
+        if x_bottom < foremost:
+            # It crosses at least the edge that comes furthest to the right.
+            low, high = min(spans[leader, 0], x_top, x_bottom), max(spans[leader, 0], foremost, x_top)
+            mark_columns(busy, low, high)
+            is_quiet = False
+        else:
+            foremost, leader = x_bottom, np.int64(p)
 
-    # Let those wait that begin within the row.
+    # Look at those that begin within the row.
     while following < total and edges[following, Y0] < lower:
-        e, first = following, used
-        following, used = following + 1, used + 1
+        e = following
         start_edge(edges, e, upper)
-        top = (edges[e, Y0] - upper) << (LENGTH_BITS - AREA_BITS)
         x_top = edges[e, X]
         x_bottom = step_to(edges, e, lower)
+        spans[count, 0], spans[count, 1] = x_top, x_bottom
+        mark_columns(busy, min(max(x_top, zero), side), min(max(x_bottom, zero), side))
+        noted = note_corner(corners, noted, edges[e, X0], edges[e, Y0], edges[e, DOWN])
+        if edges[e, Y1] < lower:
+            noted = note_corner(corners, noted, edges[e, X1], edges[e, Y1], -edges[e, DOWN])
+        is_quiet, count, following = False, count + 1, following + 1
+    mark_levels(sweep, noted)
+    return is_quiet, following
+
+
+@bare_helper
+def join_piece(sweep: AreaSweep, p: Integer, e: Integer, winding: Integer, side: Integer, is_fence: Integer) -> None:
+    """Let an edge of the list be a piece of those that are swept from event to event."""
+    pieces = sweep.pieces
+    pieces[p, TOP], pieces[p, BOTTOM], pieces[p, EDGE], pieces[p, SINCE] = 0, ONE, e, 0
+    pieces[p, WINDING], pieces[p, STATE], pieces[p, SIDE], pieces[p, IS_FENCE] = winding, LISTED, side, is_fence
+
+
+@bare_helper
+def join_edge(
+    sweep: AreaSweep, p: Integer, used: Integer, e: Integer, place: Integer, row: Integer, winding: Integer, turn: Integer
+) -> Integer:
+    """Let an edge of the list be piece p of those that are swept, with its events; return how many pieces there are."""
+    edges, pieces, events, spans = sweep.edges, sweep.pieces, sweep.events, sweep.spans
+    upper, side = row << AREA_BITS, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
+    join_piece(sweep, p, e, winding, turn, np.int64(0))
+    pieces[p, X_TOP], pieces[p, X_BOTTOM] = spans[place, 0], spans[place, 1]
+    if edges[e, Y1] < upper + PIXEL:
+        pieces[p, BOTTOM] = (edges[e, Y1] - upper) << (LENGTH_BITS - AREA_BITS)
+    if min(spans[place, 2], spans[place, 3]) < 0 or max(spans[place, 2], spans[place, 3]) > side:
+        first = used
+        pieces[p, X_TOP], pieces[p, X_BOTTOM] = spans[place, 2], spans[place, 3]
+        used = cut_piece(sweep, p, used, row)
+        pieces[p, WINDING], pieces[p, STATE], pieces[p, SIDE] = winding, LISTED, turn
+        for q in range(first, used):
+            put_event(events, 2 * q, pieces[q, TOP])
+    if pieces[p, BOTTOM] < ONE:
+        put_event(events, 2 * p, pieces[p, BOTTOM])
+    if p > 0 and crosses(pieces, p - 1, p):
+        put_event(events, 2 * p - 1, find_crossing(pieces, p - 1, p))
+    return used
+
+
+@bare_kernel
+def sweep_row(
+    sweep: AreaSweep, count: Integer, following: Integer, total: Integer, row: Integer, fill_rule: int
+) -> tuple[Integer, Integer]:
+    """Leave what a polygon covers of one row in the sums; return the list's length and the first edge that is not in it.
+
+    Cost    O(n) for n edges in a quiet row, O((n + k) log n) with k events.
+    """
+    edges, order, spans, pieces, events, busy = sweep.edges, sweep.order, sweep.spans, sweep.pieces, sweep.events, sweep.busy
+    sums, moments, blocks, has_moments = sweep.sums, sweep.moments, sweep.blocks, sweep.moments.shape[1] > 0
+    upper, zero = row << AREA_BITS, np.int64(0)
+    lower, side = upper + PIXEL, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
+    count, following = list_edges(sweep, count, following, total, upper)
+    is_quiet, below = begin_row(sweep, count, following, total, upper)
+
+    # Leave the edges that stand where nothing happens; the others are pieces to be swept, with one to the left of them.
+    winding, was_inside, joined, used, reached = zero, False, zero, count, zero
+    behind, ahead, joined_until = np.int64(-1), NO_COLUMN, np.int64(-1)
+    if not is_quiet:
+        ahead = next_busy(busy, zero)
+    for p in range(count):
+        e, x_top, x_bottom, before = order[p], spans[p, 0], spans[p, 1], winding
+        winding += edges[e, DOWN]
+        inside = is_inside(fill_rule, winding)
+        turn = np.int64(inside) - np.int64(was_inside)
+        was_inside = inside
+        low, high = min(x_top, x_bottom) >> LENGTH_BITS, max(x_top, x_bottom) >> LENGTH_BITS
+        if not is_quiet and (ahead <= high or low <= behind):
+            if p > 0 and joined_until < p - 1:
+                f = order[p - 1]
+                join_piece(sweep, joined, f, before - edges[f, DOWN], zero, np.int64(1))
+                pieces[joined, X_TOP], pieces[joined, X_BOTTOM] = spans[p - 1, 0], spans[p - 1, 1]
+                joined += 1
+            while ahead <= high:
+                behind = ahead
+                ahead = next_busy(busy, ahead + 1)
+            if low <= behind:
+                used = join_edge(sweep, joined, used, e, p, row, before, turn)
+                joined, joined_until = joined + 1, np.int64(p)
+                continue
+        if turn != 0:
+            if has_moments:
+                leave_piece(sums, moments, blocks, edges, e, row, zero, ONE, x_top, x_bottom, turn)
+            else:
+                leave_columns(leave_area, sums, moments, blocks, edges, e, row, zero, ONE, x_top, x_bottom, turn)
+    if is_quiet:
+        return count, following
+    # what begins right of all
+    if ahead < NO_COLUMN and count > 0 and joined_until < count - 1:
+        f = order[count - 1]
+        join_piece(sweep, joined, f, winding - edges[f, DOWN], zero, np.int64(1))
+        pieces[joined, X_TOP], pieces[joined, X_BOTTOM] = spans[count - 1, 0], spans[count - 1, 1]
+        joined += 1
+
+    # Let those wait that begin within the row.
+    for k in range(below - following):
+        e, first = following + k, used
+        used += 1
+        top = (edges[e, Y0] - upper) << (LENGTH_BITS - AREA_BITS)
         bottom = ONE if edges[e, Y1] >= lower else (edges[e, Y1] - upper) << (LENGTH_BITS - AREA_BITS)
+        x_top, x_bottom = spans[count + k, 0], spans[count + k, 1]
         set_piece(pieces, first, e, top, bottom, x_top, x_bottom)
         if min(x_top, x_bottom) < 0 or max(x_top, x_bottom) > side:
             used = cut_piece(sweep, first, used, row)
@@ -288,17 +425,12 @@ def sweep_row(
             put_event(events, 2 * q, pieces[q, TOP])
 
     # Sweep, and leave what is left.
-    is_quiet = events.heap[0] == 0
-    if not is_quiet:
-        sweep_events(sweep, count, row, fill_rule)
-    for p in range(used):
+    sweep_events(sweep, joined, row, fill_rule)
+    for p in range(joined):
         if pieces[p, STATE] != GONE:
-            leave_until(sweep, p, pieces[p, BOTTOM], row)
-    if not is_quiet:
-        count = zero
-        p = pieces[pieces.shape[0] - 2, AFTER]
-        while p != pieces.shape[0] - 1:
-            order[count] = pieces[p, EDGE]
-            count += 1
-            p = pieces[p, AFTER]
+            leave_until(sweep, np.int64(p), pieces[p, BOTTOM], row)
+    for q in range(count, used):
+        if pieces[q, STATE] != GONE:
+            leave_until(sweep, q, pieces[q, BOTTOM], row)
+    busy[:] = 0
     return count, following
