@@ -50,6 +50,7 @@ class AreaSweep(NamedTuple):
     order: Int64Array  # (N,) edges from left to right
     spans: Int64Array  # (N, 4) where they are at the upper and the lower border of the row, within the image and anywhere
     busy: Int64Array  # (B,) the columns of a row in which something happens, a bit each
+    cornered: Int64Array  # (B,) those in which edges begin, end, or go beyond the image
     corners: Int64Array  # (CORNERS, 3) of a row: x, y, and by how much they change the windings to their right
     pieces: Int64Array  # (P, PIECE_COLUMNS) those at the row's upper border first; the last two are the ends of the list
     looked: Int64Array  # (2, P) pieces whose neighbours or windings have changed at a height
@@ -71,6 +72,7 @@ def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
         order=np.empty(most, np.int64),
         spans=np.empty((most, 4), np.int64),
         busy=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
+        cornered=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
         corners=np.empty((CORNERS, 3), np.int64),
         pieces=np.empty((count, PIECE_COLUMNS), np.int64),
         looked=np.empty((2, count), np.int64),

@@ -165,6 +165,14 @@ def test_pair(sweep: AreaSweep, p: Integer, y: Integer) -> None:
         drop_event(sweep.events, slot)
 
 
+@bare_helper
+def turn_piece(sweep: AreaSweep, p: Integer, y: Integer, row: Integer, side: Integer) -> None:
+    """Let a piece be another side from a height on."""
+    if sweep.pieces[p, SIDE] != side:
+        leave_until(sweep, p, y, row)
+        sweep.pieces[p, SIDE] = side
+
+
 @bare_kernel
 def settle(sweep: AreaSweep, looked: Integer, y: Integer, row: Integer, fill_rule: int) -> None:
     """Bring up to date what events at a height have changed: windings, then sides, then crossings.
@@ -198,9 +206,7 @@ def settle(sweep: AreaSweep, looked: Integer, y: Integer, row: Integer, fill_rul
         pieces[p, STATE] &= ~TURNED
         winding = pieces[p, WINDING]
         side = np.int64(is_inside(fill_rule, winding + edges[pieces[p, EDGE], DOWN])) - np.int64(is_inside(fill_rule, winding))
-        if side != pieces[p, SIDE]:
-            leave_until(sweep, p, y, row)
-            pieces[p, SIDE] = side
+        turn_piece(sweep, p, y, row, side)
     for k in range(looked):
         p = sweep.looked[0, k]
         if pieces[p, STATE] != GONE:
@@ -273,6 +279,7 @@ def mark_levels(sweep: AreaSweep, count: Integer) -> None:
             low, high = min(low, x), max(high, x)
     if low <= high:
         mark_columns(busy, low, high)
+        mark_columns(sweep.cornered, low, high)
 
 
 @bare_helper
@@ -299,6 +306,7 @@ def begin_row(sweep: AreaSweep, count: Integer, following: Integer, total: Integ
         spans[p, 0], spans[p, 1] = x_top, x_bottom
         if happens:
             mark_columns(busy, x_top, x_bottom)
+            mark_columns(sweep.cornered, x_top, x_bottom)
             is_quiet = False
         if x_bottom < foremost:
             # It crosses at least the edge that comes furthest to the right.
@@ -316,6 +324,7 @@ def begin_row(sweep: AreaSweep, count: Integer, following: Integer, total: Integ
         x_bottom = step_to(edges, e, lower)
         spans[count, 0], spans[count, 1] = x_top, x_bottom
         mark_columns(busy, min(max(x_top, zero), side), min(max(x_bottom, zero), side))
+        mark_columns(sweep.cornered, min(max(x_top, zero), side), min(max(x_bottom, zero), side))
         noted = note_corner(corners, noted, edges[e, X0], edges[e, Y0], edges[e, DOWN])
         if edges[e, Y1] < lower:
             noted = note_corner(corners, noted, edges[e, X1], edges[e, Y1], -edges[e, DOWN])
@@ -325,36 +334,89 @@ def begin_row(sweep: AreaSweep, count: Integer, following: Integer, total: Integ
 
 
 @bare_helper
-def join_piece(sweep: AreaSweep, p: Integer, e: Integer, winding: Integer, side: Integer, is_fence: Integer) -> None:
-    """Let an edge of the list be a piece of those that are swept from event to event."""
-    pieces = sweep.pieces
-    pieces[p, TOP], pieces[p, BOTTOM], pieces[p, EDGE], pieces[p, SINCE] = 0, ONE, e, 0
-    pieces[p, WINDING], pieces[p, STATE], pieces[p, SIDE], pieces[p, IS_FENCE] = winding, LISTED, side, is_fence
+def fill_piece(sweep: AreaSweep, p: Integer, place: Integer, winding: Integer, side: Integer, is_fence: Integer) -> None:
+    """Let an edge of the list be a piece."""
+    pieces, spans, e = sweep.pieces, sweep.spans, sweep.order[place]
+    pieces[p, TOP], pieces[p, BOTTOM], pieces[p, X_TOP], pieces[p, X_BOTTOM] = 0, ONE, spans[place, 0], spans[place, 1]
+    pieces[p, EDGE], pieces[p, SINCE], pieces[p, WINDING], pieces[p, STATE] = e, 0, winding, LISTED
+    pieces[p, SIDE], pieces[p, IS_FENCE] = side, is_fence
 
 
-@bare_helper
-def join_edge(
-    sweep: AreaSweep, p: Integer, used: Integer, e: Integer, place: Integer, row: Integer, winding: Integer, turn: Integer
-) -> Integer:
-    """Let an edge of the list be piece p of those that are swept, with its events; return how many pieces there are."""
+@bare_kernel
+def join_fence(sweep: AreaSweep, joined: Integer, joined_until: Integer, place: Integer, winding: Integer) -> Integer:
+    """Let an edge to which nothing happens stand left of those that are swept, unless it is one; return how many there are."""
+    if place < 0 or joined_until >= place:
+        return joined
+    fill_piece(sweep, joined, place, winding - sweep.edges[sweep.order[place], DOWN], np.int64(0), np.int64(1))
+    return joined + 1
+
+
+@bare_kernel
+def join_edges(
+    sweep: AreaSweep, first: Integer, last: Integer, joined: Integer, used: Integer, row: Integer, winding: Integer,
+    fill_rule: int,
+) -> Integer:  # fmt: skip
+    """Let edges of the list be pieces that are swept, with their events; return how many pieces there are with those cut."""
     edges, pieces, events, spans = sweep.edges, sweep.pieces, sweep.events, sweep.spans
     upper, side = row << AREA_BITS, np.int64(sweep.sums.shape[0] - 2) << LENGTH_BITS
-    join_piece(sweep, p, e, winding, turn, np.int64(0))
-    pieces[p, X_TOP], pieces[p, X_BOTTOM] = spans[place, 0], spans[place, 1]
-    if edges[e, Y1] < upper + PIXEL:
-        pieces[p, BOTTOM] = (edges[e, Y1] - upper) << (LENGTH_BITS - AREA_BITS)
-    if min(spans[place, 2], spans[place, 3]) < 0 or max(spans[place, 2], spans[place, 3]) > side:
-        first = used
-        pieces[p, X_TOP], pieces[p, X_BOTTOM] = spans[place, 2], spans[place, 3]
-        used = cut_piece(sweep, p, used, row)
-        pieces[p, WINDING], pieces[p, STATE], pieces[p, SIDE] = winding, LISTED, turn
-        for q in range(first, used):
-            put_event(events, 2 * q, pieces[q, TOP])
-    if pieces[p, BOTTOM] < ONE:
-        put_event(events, 2 * p, pieces[p, BOTTOM])
-    if p > 0 and crosses(pieces, p - 1, p):
-        put_event(events, 2 * p - 1, find_crossing(pieces, p - 1, p))
+    for place in range(first, last):
+        e, p = sweep.order[place], joined + place - first
+        turn = np.int64(is_inside(fill_rule, winding + edges[e, DOWN])) - np.int64(is_inside(fill_rule, winding))
+        fill_piece(sweep, p, place, winding, turn, np.int64(0))
+        if edges[e, Y1] < upper + PIXEL:
+            pieces[p, BOTTOM] = (edges[e, Y1] - upper) << (LENGTH_BITS - AREA_BITS)
+        if min(spans[place, 2], spans[place, 3]) < 0 or max(spans[place, 2], spans[place, 3]) > side:
+            begun = used
+            pieces[p, X_TOP], pieces[p, X_BOTTOM] = spans[place, 2], spans[place, 3]
+            used = cut_piece(sweep, p, used, row)
+            pieces[p, WINDING], pieces[p, STATE], pieces[p, SIDE] = winding, LISTED, turn
+            for q in range(begun, used):
+                put_event(events, 2 * q, pieces[q, TOP])
+        if pieces[p, BOTTOM] < ONE:
+            put_event(events, 2 * p, pieces[p, BOTTOM])
+        if p > 0 and crosses(pieces, p - 1, p):
+            put_event(events, 2 * p - 1, find_crossing(pieces, p - 1, p))
+        winding += edges[e, DOWN]
     return used
+
+
+@bare_kernel
+def leave_crossing(
+    sweep: AreaSweep, place: Integer, count: Integer, p: Integer, row: Integer, winding: Integer, fill_rule: int
+) -> bool:
+    """Leave edges of the list that cross each other and nothing else, if that needs no events; say whether it was done.
+
+    It does not need them where all are within the inside or the outside, in whatever order, and where they are two.
+    """
+    edges, order, pieces = sweep.edges, sweep.order, sweep.pieces
+    low = high = winding
+    for k in range(place, place + count):
+        if edges[order[k], DOWN] > 0:
+            high += 1
+        else:
+            low -= 1
+    inside = is_inside(fill_rule, winding)
+    changes, w = False, low
+    while w <= high and not changes:
+        changes, w = is_inside(fill_rule, w) != inside, w + 1
+    if not changes:
+        return True
+    if count != 2:
+        return False
+
+    # Let the two change places where they cross.
+    e, f = order[place], order[place + 1]
+    middle, other, end = winding + edges[e, DOWN], winding + edges[f, DOWN], winding + edges[e, DOWN] + edges[f, DOWN]
+    is_within, is_other, is_end = is_inside(fill_rule, middle), is_inside(fill_rule, other), is_inside(fill_rule, end)
+    fill_piece(sweep, p, place, winding, np.int64(is_within) - np.int64(inside), np.int64(0))
+    fill_piece(sweep, p + 1, place + 1, middle, np.int64(is_end) - np.int64(is_within), np.int64(0))
+    if crosses(pieces, p, p + 1):
+        y = max(find_crossing(pieces, p, p + 1), np.int64(0))
+        turn_piece(sweep, p, y, row, np.int64(is_end) - np.int64(is_other))
+        turn_piece(sweep, p + 1, y, row, np.int64(is_other) - np.int64(inside))
+    leave_until(sweep, p, ONE, row)
+    leave_until(sweep, p + 1, ONE, row)
+    return True
 
 
 @bare_kernel
@@ -373,43 +435,55 @@ def sweep_row(
     is_quiet, below = begin_row(sweep, count, following, total, upper)
 
     # Leave the edges that stand where nothing happens; the others are pieces to be swept, with one to the left of them.
-    winding, was_inside, joined, used, reached = zero, False, zero, count, zero
+    winding, was_inside, joined, used, p = zero, False, zero, count, zero
     behind, ahead, joined_until = np.int64(-1), NO_COLUMN, np.int64(-1)
     if not is_quiet:
         ahead = next_busy(busy, zero)
-    for p in range(count):
-        e, x_top, x_bottom, before = order[p], spans[p, 0], spans[p, 1], winding
-        winding += edges[e, DOWN]
-        inside = is_inside(fill_rule, winding)
-        turn = np.int64(inside) - np.int64(was_inside)
-        was_inside = inside
+    while p < count:
+        e, x_top, x_bottom = order[p], spans[p, 0], spans[p, 1]
         low, high = min(x_top, x_bottom) >> LENGTH_BITS, max(x_top, x_bottom) >> LENGTH_BITS
-        if not is_quiet and (ahead <= high or low <= behind):
-            if p > 0 and joined_until < p - 1:
-                f = order[p - 1]
-                join_piece(sweep, joined, f, before - edges[f, DOWN], zero, np.int64(1))
-                pieces[joined, X_TOP], pieces[joined, X_BOTTOM] = spans[p - 1, 0], spans[p - 1, 1]
-                joined += 1
+        if ahead <= high or low <= behind:
+            if ahead < low:
+                joined, joined_until = join_fence(sweep, joined, joined_until, p - 1, winding), p - 1
             while ahead <= high:
-                behind = ahead
-                ahead = next_busy(busy, ahead + 1)
+                behind, ahead = ahead, next_busy(busy, ahead + 1)
             if low <= behind:
-                used = join_edge(sweep, joined, used, e, p, row, before, turn)
-                joined, joined_until = joined + 1, np.int64(p)
+                first, last, start, until = p, p + 1, low, high
+                after = winding + edges[e, DOWN]
+                while last < count:
+                    low = min(spans[last, 0], spans[last, 1]) >> LENGTH_BITS
+                    high = max(spans[last, 0], spans[last, 1]) >> LENGTH_BITS
+                    is_apart = low <= ahead
+                    while ahead <= high:
+                        behind, ahead = ahead, next_busy(busy, ahead + 1)
+                    if is_apart and low > behind:
+                        break
+                    start, until, after = min(start, low), max(until, high), after + edges[order[last], DOWN]
+                    last += 1
+                is_done = False
+                if next_busy(sweep.cornered, start) > until:
+                    is_done = leave_crossing(sweep, first, last - first, joined, row, winding, fill_rule)
+                if not is_done:
+                    joined = join_fence(sweep, joined, joined_until, first - 1, winding)
+                    used = join_edges(sweep, first, last, joined, used, row, winding, fill_rule)
+                    joined, joined_until = joined + last - first, last - 1
+                winding, p = after, last
+                was_inside = is_inside(fill_rule, winding)
                 continue
-        if turn != 0:
+        winding += edges[e, DOWN]
+        p += 1
+        inside = is_inside(fill_rule, winding)
+        if inside != was_inside:
+            turn = np.int64(inside) - np.int64(was_inside)
+            was_inside = inside
             if has_moments:
                 leave_piece(sums, moments, blocks, edges, e, row, zero, ONE, x_top, x_bottom, turn)
             else:
                 leave_columns(leave_area, sums, moments, blocks, edges, e, row, zero, ONE, x_top, x_bottom, turn)
     if is_quiet:
         return count, following
-    # what begins right of all
-    if ahead < NO_COLUMN and count > 0 and joined_until < count - 1:
-        f = order[count - 1]
-        join_piece(sweep, joined, f, winding - edges[f, DOWN], zero, np.int64(1))
-        pieces[joined, X_TOP], pieces[joined, X_BOTTOM] = spans[count - 1, 0], spans[count - 1, 1]
-        joined += 1
+    if ahead < NO_COLUMN:
+        joined = join_fence(sweep, joined, joined_until, count - 1, winding)
 
     # Let those wait that begin within the row.
     for k in range(below - following):
@@ -433,4 +507,5 @@ def sweep_row(
         if pieces[q, STATE] != GONE:
             leave_until(sweep, q, pieces[q, BOTTOM], row)
     busy[:] = 0
+    sweep.cornered[:] = 0
     return count, following
