@@ -179,9 +179,7 @@ def sweep_areas(
                 for y in range(row, row_end, step):
                     rows = min(step, row_end - y)
                     for e in range(first, last):
-                        leave_edge(
-                            sweep.box, sweep.extents, edges, e, left, y, y + rows, stride, edges[e, DOWN] * winding
-                        )
+                        leave_edge(sweep.box, sweep.extents, edges, e, left, y, y + rows, stride, edges[e, DOWN] * winding)
                     spread_box(write_cover, target, y, rows, left, stride, sweep.box, sweep.extents, colors[n], flag)
             continue
         for e in range(first, last):

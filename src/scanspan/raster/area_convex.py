@@ -1,8 +1,8 @@
 """Convex polygons in a sweep of areas: their edges are left one after the other, because none needs to know of the others.
 
-What lies between the edges of a convex polygon has a winding of 1, or of -1, and all else has 0. So the direction of an edge says
-which border of the inside it is, under every fill rule, and the sweep need not keep edges in order. They leave in the rows of a
-small box what they leave in the rows of a sweep, to the bit, because that depends on the edge, the row and the pixel alone.
+What lies within a convex polygon has a winding of 1, or of -1, and all else has 0. So the direction of an edge says which
+border of the inside it is, under every fill rule, and the sweep need not keep edges in order. They leave in the rows of a small box
+what they leave in the rows of a sweep, to the bit, because that depends on the edge, the row and the pixel alone.
 
 A polygon counts as convex if it has one ring, turns one way at every corner, lies between the sides of the image and reaches
 across less than 2^8 px: then two edges are further apart at any corner than whatever is rounded, so that a sweep would see no
@@ -20,7 +20,6 @@ import numpy as np
 from scanspan.jit import bare_helper, bare_kernel
 from scanspan.raster.area_edges import (
     AREA_BITS,
-    DOWN,
     LENGTH_BITS,
     ONE,
     PIXEL,
@@ -112,8 +111,13 @@ def leave_edge(
     top, x = upper << SHIFT, x0 << SHIFT
     if y0 < upper:
         x += divide_near(across * (upper - y0), down)[0]
-    x_rest = x_step = y = y_rest = y_step = np.int64(0)
-    x_step_rest = y_step_rest = np.int64(-1)
+    x_rest: Integer = np.int64(0)
+    x_step: Integer = np.int64(0)
+    x_step_rest: Integer = np.int64(-1)
+    y: Integer = np.int64(0)
+    y_rest: Integer = np.int64(0)
+    y_step: Integer = np.int64(0)
+    y_step_rest: Integer = np.int64(-1)
     is_known = False
     for r in range(first_row - row, last_row - row):
         x_top, bottom = x, ONE

@@ -194,7 +194,7 @@ def y_at(edges: Int64Array, e: Integer, border: Integer) -> np.int64:
 
 @bare_kernel
 def divide_border(edges: Int64Array, e: Integer) -> None:
-    """Find by how much the height at which an edge crosses a border steps to the next, or forget it where that might not fit."""
+    """Find by how much the height steps at which an edge crosses borders, or forget it where a step might not fit."""
     size = abs(edges[e, X1] - edges[e, X0])
     if size < PIXEL or max(abs(edges[e, Y0]), abs(edges[e, Y1])) > NEAR:
         edges[e, BORDER] = NO_BORDER

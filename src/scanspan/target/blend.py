@@ -52,7 +52,9 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
 
 
 @bare_helper
-def blend_run(pixels: UInt8Array, words: Int32Array, start: Integer, end: Integer, color: Integer, cover: np.float32, is_linear: int) -> None:
+def blend_run(
+    pixels: UInt8Array, words: Int32Array, start: Integer, end: Integer, color: Integer, cover: np.float32, is_linear: int
+) -> None:
     """Lay a colour over a run of pixels of a row, as much of it as is covered of each: the bits that blend_over gives.
 
     Shapes  pixels: (n, 4) uint8, and words: (n,), the same.
