@@ -1,4 +1,4 @@
-"""Short ways in the sweep of areas: convex polygons edge by edge, and rows in which little happens. All give the sweep's bits."""
+"""Short ways in the sweep of areas: convex polygons edge by edge, and rows in which little happens; the bits are the same."""
 
 from __future__ import annotations
 

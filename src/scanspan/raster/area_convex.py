@@ -1,8 +1,8 @@
 """Convex polygons in a sweep of areas: their edges are left one after the other, because none needs to know of the others.
 
 What lies within a convex polygon has a winding of 1, or of -1, and all else has 0. So the direction of an edge says which
-border of the inside it is, under every fill rule, and the sweep need not keep edges in order. They leave in the rows of a small box
-what they leave in the rows of a sweep, to the bit, because that depends on the edge, the row and the pixel alone.
+border of the inside it is, under every fill rule, and the sweep need not keep edges in order. They leave in the rows of a small
+box what they leave in the rows of a sweep, to the bit, because that depends on the edge, the row and the pixel alone.
 
 A polygon counts as convex if it has one ring, turns one way at every corner, lies between the sides of the image and reaches
 across less than 2^8 px: then two edges are further apart at any corner than whatever is rounded, so that a sweep would see no
