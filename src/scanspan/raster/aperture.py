@@ -92,7 +92,7 @@ def tent_coverage(xy: Int64Array, ring_starts: Int32Array, fill_rule: int, size:
     size : (width, height).
     """
     out, rings = np.zeros((size[1], size[0])), np.array([0, len(ring_starts) - 1], np.int32)
-    areas = make_areas(xy + (1 << int(AREA_BITS) - 1), ring_starts, rings, (size[0] + 1, size[1] + 1))
+    areas = make_areas(xy + (1 << int(AREA_BITS) - 1), ring_starts, rings, (size[0] + 1, size[1] + 1), is_swept=True)
     if areas.boxes[0, 0] < areas.boxes[0, 1]:
         tent_rows(out, areas, fill_rule, make_sweep(len(areas.edges), size[0] + 1, has_moments=True))
     return out

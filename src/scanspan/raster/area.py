@@ -29,11 +29,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.jit import bare_kernel, inline_kernel
+from scanspan.raster.area_convex import BOX, find_convex, leave_edge
 from scanspan.raster.area_edges import (
     AREA_BITS,
     BLOCK_BITS,
     BLOCK_MASK,
     CORNER_COLUMNS,
+    DOWN,
     PIXEL,
     X0,
     X1,
@@ -41,7 +43,7 @@ from scanspan.raster.area_edges import (
     Y1,
     gather_areas,
 )  # fmt: skip
-from scanspan.raster.area_pieces import AreaSweep
+from scanspan.raster.area_pieces import AreaSweep, is_inside
 from scanspan.raster.area_row import sweep_row
 from scanspan.records import Int32Array, Int64Array, Integer
 
@@ -88,13 +90,13 @@ def find_boxes(edges: Int64Array, edge_starts: Int64Array, width: int, height: i
         boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3] = 0, 0, 0, 0
         if first == last:
             continue
-        low, high, bottom = edges[first, X0], edges[first, X0], edges[first, Y1]
+        low, high, top, bottom = edges[first, X0], edges[first, X0], edges[first, Y0], edges[first, Y1]
         for e in range(first, last):
             low, high = min(low, edges[e, X0], edges[e, X1]), max(high, edges[e, X0], edges[e, X1])
-            bottom = max(bottom, edges[e, Y1])
+            top, bottom = min(top, edges[e, Y0]), max(bottom, edges[e, Y1])
         boxes[n, 0] = max(low >> AREA_BITS, np.int64(0))
         boxes[n, 1] = min((high + PIXEL - 1) >> AREA_BITS, np.int64(width))
-        boxes[n, 2] = max(edges[first, Y0] >> AREA_BITS, np.int64(0))
+        boxes[n, 2] = max(top >> AREA_BITS, np.int64(0))
         boxes[n, 3] = min((bottom + PIXEL - 1) >> AREA_BITS, np.int64(height))
 
 
@@ -104,20 +106,49 @@ class Areas(NamedTuple):
     edges: Int64Array  # (N, 5) as gather_areas gives them
     starts: Int64Array  # (P + 1,)
     boxes: Int64Array  # (P, 4)
+    windings: Int64Array  # (P,) within a convex polygon, 0 for others
 
 
-def make_areas(xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int]) -> Areas:
+def make_areas(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, size: tuple[int, int], is_swept: bool = False
+) -> Areas:
     """Return polygons ready to be swept.
 
     Parameters
     ----------
     xy, ring_starts, polygon_rings : as for `gather_areas`.
     size : (width, height) of the image.
+    is_swept : whether convex polygons are swept as others are.
     """
-    edges, starts = gather_areas(xy, ring_starts, polygon_rings, size[1])
-    boxes = np.empty((len(polygon_rings) - 1, 4), np.int64)
+    windings = np.zeros(len(polygon_rings) - 1, np.int64)
+    if not is_swept:
+        find_convex(xy, ring_starts, polygon_rings, size[0], windings)
+    edges, starts = gather_areas(xy, ring_starts, polygon_rings, size[1], windings)
+    boxes = np.empty((len(windings), 4), np.int64)
     find_boxes(edges, starts, size[0], size[1], boxes)
-    return Areas(edges, starts, boxes)
+    return Areas(edges, starts, boxes, windings)
+
+
+@inline_kernel
+def spread_box(
+    write_cover: Callable[..., None], target: Any, row: Integer, rows: Integer, left: Integer, stride: Integer,
+    sums: Int64Array, extents: Int64Array, color: Integer, flag: int,
+) -> None:  # fmt: skip
+    """Add up what was left in the rows of a box, write it, and clear the sums."""
+    for r in range(rows):
+        x, high = extents[r, 0], extents[r, 1]
+        cover, place = np.int64(0), r * stride
+        while x <= high:
+            cover += sums[place + x]
+            sums[place + x] = 0
+            next_x = x + 1
+            while next_x <= high and sums[place + next_x] == 0:
+                next_x += 1
+            if cover != 0:
+                write_cover(target, row + r, left + x, left + next_x, cover, color, flag)
+            x = next_x
+        sums[place + high + 1] = 0
+        extents[r, 0], extents[r, 1] = BOX, -1
 
 
 @inline_kernel
@@ -139,6 +170,18 @@ def sweep_areas(
         if boxes[n, 0] >= boxes[n, 1] or row >= row_end:
             continue
         first, last = areas.starts[n], areas.starts[n + 1]
+        winding = areas.windings[n]
+        if winding != 0:
+            # Leave the edges of a convex polygon one after the other, a box of rows at a time.
+            if is_inside(fill_rule, winding):
+                left, stride = boxes[n, 0], boxes[n, 1] - boxes[n, 0] + 2
+                step = BOX // stride
+                for y in range(row, row_end, step):
+                    rows = min(step, row_end - y)
+                    for e in range(first, last):
+                        leave_edge(sweep.box, sweep.extents, edges, e, left, y, y + rows, stride, edges[e, DOWN] * winding)
+                    spread_box(write_cover, target, y, rows, left, stride, sweep.box, sweep.extents, colors[n], flag)
+            continue
         for e in range(first, last):
             for k in range(CORNER_COLUMNS):
                 sweep.edges[e - first, k] = edges[e, k]

@@ -12,10 +12,12 @@ Source: the accumulation buffer of font-rs and stb_truetype, here in integers; H
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scanspan.geometry.fixed_point import HALF_BITS, product_halves
-from scanspan.jit import bare_helper, bare_kernel
+from scanspan.jit import bare_helper, bare_kernel, inline_kernel
 from scanspan.records import Int32Array, Int64Array, Integer
 
 AREA_BITS = np.int64(16)  # sub-pixel bits of corners
@@ -40,31 +42,54 @@ BLOCK_BITS = np.int64(5)  # columns are marked in blocks of 32
 BLOCK_MASK = np.int64(31)
 
 
+@bare_kernel
+def list_edges_of(
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int, edges: Int64Array, starts: Int64Array
+) -> None:
+    """List the edges of polygons that go up or down within some rows, each from its upper end, in the order of the rings.
+
+    Shapes  edges: (V, 5), written as far as there are such; starts: (P + 1,), written.
+    """
+    count, below = np.int64(0), np.int64(height) << AREA_BITS
+    for n in range(polygon_rings.shape[0] - 1):
+        starts[n] = count
+        for r in range(polygon_rings[n], polygon_rings[n + 1]):
+            first, last = np.int64(ring_starts[r]), np.int64(ring_starts[r + 1])
+            for k in range(first, last):
+                after = k + 1 if k + 1 < last else first
+                down = np.int64(1) if xy[after, 1] > xy[k, 1] else np.int64(-1)
+                upper, lower = (k, after) if down > 0 else (after, k)
+                if xy[upper, 1] < xy[lower, 1] and xy[lower, 1] > 0 and xy[upper, 1] < below:
+                    edges[count, X0], edges[count, Y0] = xy[upper, 0], xy[upper, 1]
+                    edges[count, X1], edges[count, Y1] = xy[lower, 0], xy[lower, 1]
+                    edges[count, DOWN] = down
+                    count += 1
+    starts[polygon_rings.shape[0] - 1] = count
+
+
 def gather_areas(
-    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int
+    xy: Int64Array, ring_starts: Int32Array, polygon_rings: Int32Array, height: int, windings: Int64Array
 ) -> tuple[Int64Array, Int64Array]:
     """Return the edges of polygons that go up or down within some rows, and where those of each polygon start, (P + 1,).
 
-    Each comes from its upper end, (N, 5), those of a polygon ordered by it.
+    Each comes from its upper end, (N, 5), those of a polygon ordered by it, unless it is convex.
 
     Parameters
     ----------
     xy : (V, 2) corners in sub-pixels of AREA_BITS bits.
     ring_starts : (R + 1,) rows of xy.
-    height : how many rows there are.
     polygon_rings : (P + 1,) polygon p has the rings polygon_rings[p] to polygon_rings[p + 1].
+    height : how many rows there are.
+    windings : (P,) those within convex polygons, 0 for others.
     """
-    after = np.arange(1, len(xy) + 1)
-    after[ring_starts[1:] - 1] = ring_starts[:-1]
-    owner = np.repeat(np.arange(len(polygon_rings) - 1), np.diff(ring_starts[polygon_rings]))
-    goes_down = (xy[after, 1] > xy[:, 1])[:, None]
-    upper, lower = np.where(goes_down, xy, xy[after]), np.where(goes_down, xy[after], xy)
-    edges = np.concatenate([upper, lower, np.where(goes_down, 1, -1)], axis=1)
-    within = (edges[:, Y0] < edges[:, Y1]) & (edges[:, Y1] > 0) & (edges[:, Y0] < height << int(AREA_BITS))
-    edges, owner = edges[within], owner[within]
-    order = np.lexsort((edges[:, Y0], owner)) if len(polygon_rings) > 2 else np.argsort(edges[:, Y0], kind="stable")
-    starts = np.searchsorted(owner[order], np.arange(len(polygon_rings)))
-    return np.ascontiguousarray(edges[order], np.int64), starts
+    edges, starts = np.empty((len(xy), CORNER_COLUMNS), np.int64), np.empty(len(polygon_rings), np.int64)
+    list_edges_of(xy, ring_starts, polygon_rings, height, edges, starts)
+    edges, counts = edges[: starts[-1]], np.diff(starts)
+    swept = np.flatnonzero(np.repeat(windings == 0, counts))
+    owner = np.repeat(np.flatnonzero(windings == 0), counts[windings == 0])
+    order = np.lexsort((edges[swept, Y0], owner)) if len(windings) > 1 else np.argsort(edges[swept, Y0], kind="stable")
+    edges[swept] = edges[swept[order]]
+    return edges, starts
 
 
 @bare_helper
@@ -84,6 +109,18 @@ def divide_length(high: Integer, low: Integer, divisor: Integer) -> tuple[Intege
         digit = rest // divisor
         rest, length = rest - digit * divisor, (length << DIGIT_BITS) + digit
     return length, rest
+
+
+@bare_helper
+def divide_near(product: Integer, divisor: Integer) -> tuple[Integer, Integer]:
+    """Return a product divided as a length, and the remainder, as divide_length does.
+
+    Needs   0 < divisor < 2^34; the quotient is below 2^18 px.
+    """
+    whole = product // divisor
+    rest = (product - whole * divisor) << SHIFT
+    part = rest // divisor
+    return (whole << SHIFT) + part, rest - part * divisor
 
 
 @bare_helper
@@ -111,32 +148,36 @@ def start_edge(edges: Int64Array, e: Integer, upper: Integer) -> None:
     edges[e, X] = corner_length(edges[e, X0]) if edges[e, Y0] >= upper else x_at(edges, e, upper)[0]
 
 
+@bare_kernel
+def divide_to(edges: Int64Array, e: Integer, lower: Integer) -> None:
+    """Put an edge at the lower border of the row, or at its end, by a division, and find its step if another border follows."""
+    if edges[e, Y1] <= lower:
+        edges[e, X] = corner_length(edges[e, X1])
+        return
+    edges[e, X], edges[e, X_REST] = x_at(edges, e, lower)
+    if edges[e, Y1] > lower + PIXEL and max(abs(edges[e, X0]), abs(edges[e, X1])) <= NEAR:
+        high, low = product_halves(edges[e, X1] - edges[e, X0], np.int64(0), PIXEL, np.int64(0))
+        edges[e, X_STEP], edges[e, X_STEP_REST] = divide_length(high, low, edges[e, Y1] - edges[e, Y0])
+
+
 @bare_helper
 def step_to(edges: Int64Array, e: Integer, lower: Integer) -> np.int64:
     """Step an edge to the lower border of the row, or to its end, and return where it is there, as a length.
 
     Units   lower: as corners are.
     """
+    if edges[e, X_STEP_REST] < 0 or edges[e, Y1] <= lower:
+        divide_to(edges, e, lower)
+        return np.int64(edges[e, X])
     down = edges[e, Y1] - edges[e, Y0]
-    if edges[e, Y1] <= lower:
-        edges[e, X] = corner_length(edges[e, X1])
-        return np.int64(edges[e, X])
-    if edges[e, X_STEP_REST] >= 0:
-        rest = edges[e, X_REST] + edges[e, X_STEP_REST]
-        carries = rest >= down
-        edges[e, X_REST] = rest - (down if carries else np.int64(0))
-        edges[e, X] += edges[e, X_STEP] + np.int64(carries)
-        return np.int64(edges[e, X])
-
-    # Divide, and find the step if another border follows.
-    edges[e, X], edges[e, X_REST] = x_at(edges, e, lower)
-    if edges[e, Y1] > lower + PIXEL and max(abs(edges[e, X0]), abs(edges[e, X1])) <= NEAR:
-        high, low = product_halves(edges[e, X1] - edges[e, X0], np.int64(0), PIXEL, np.int64(0))
-        edges[e, X_STEP], edges[e, X_STEP_REST] = divide_length(high, low, down)
+    rest = edges[e, X_REST] + edges[e, X_STEP_REST]
+    carries = rest >= down
+    edges[e, X_REST] = rest - (down if carries else np.int64(0))
+    edges[e, X] += edges[e, X_STEP] + np.int64(carries)
     return np.int64(edges[e, X])
 
 
-@bare_helper
+@bare_kernel
 def y_at(edges: Int64Array, e: Integer, border: Integer) -> np.int64:
     """Return how far below the image's upper border an edge crosses the left border of a column, as a length.
 
@@ -146,46 +187,51 @@ def y_at(edges: Int64Array, e: Integer, border: Integer) -> np.int64:
         across, down = edges[e, X1] - edges[e, X0], edges[e, Y1] - edges[e, Y0]
         sign, size = (np.int64(1), across) if across > 0 else (np.int64(-1), -across)
         high, low = product_halves(edges[e, Y0], sign * down, size, (border << AREA_BITS) - edges[e, X0])
-        y, rest = divide_length(high, low, size)
-        edges[e, BORDER], edges[e, Y], edges[e, Y_REST] = border, y, rest
-        return np.int64(y)
+        edges[e, Y], edges[e, Y_REST] = divide_length(high, low, size)
+        edges[e, BORDER] = border
     return np.int64(edges[e, Y])
+
+
+@bare_kernel
+def divide_border(edges: Int64Array, e: Integer) -> None:
+    """Find by how much the height steps at which an edge crosses borders, or forget it where a step might not fit."""
+    size = abs(edges[e, X1] - edges[e, X0])
+    if size < PIXEL or max(abs(edges[e, Y0]), abs(edges[e, Y1])) > NEAR:
+        edges[e, BORDER] = NO_BORDER
+        return
+    high, low = product_halves(edges[e, Y1] - edges[e, Y0], np.int64(0), PIXEL, np.int64(0))
+    edges[e, Y_STEP], edges[e, Y_STEP_REST] = divide_length(high, low, size)
 
 
 @bare_helper
 def step_border(edges: Int64Array, e: Integer) -> None:
     """Step the height at which an edge crosses a border to that of the next border, or forget it where a step might not fit."""
-    across = edges[e, X1] - edges[e, X0]
-    size = abs(across)
     if edges[e, Y_STEP_REST] < 0:
-        if size < PIXEL or max(abs(edges[e, Y0]), abs(edges[e, Y1])) > NEAR:
-            edges[e, BORDER] = NO_BORDER
-            return
-        high, low = product_halves(edges[e, Y1] - edges[e, Y0], np.int64(0), PIXEL, np.int64(0))
-        edges[e, Y_STEP], edges[e, Y_STEP_REST] = divide_length(high, low, size)
-    rest = edges[e, Y_REST] + edges[e, Y_STEP_REST]
-    carries = rest >= size
-    edges[e, Y_REST] = rest - (size if carries else np.int64(0))
-    edges[e, Y] += edges[e, Y_STEP] + np.int64(carries)
-    edges[e, BORDER] += 1 if across > 0 else -1
+        divide_border(edges, e)
+    if edges[e, Y_STEP_REST] >= 0:
+        across = edges[e, X1] - edges[e, X0]
+        size = abs(across)
+        rest = edges[e, Y_REST] + edges[e, Y_STEP_REST]
+        carries = rest >= size
+        edges[e, Y_REST] = rest - (size if carries else np.int64(0))
+        edges[e, Y] += edges[e, Y_STEP] + np.int64(carries)
+        edges[e, BORDER] += np.int64(1) if across > 0 else np.int64(-1)
 
 
 @bare_helper
-def leave_trapezoid(
-    sums: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
-) -> None:
-    """Add what a piece covers of one column, and of all further right, to the row's sums.
+def leave_trapezoid(sums: Int64Array, place: Integer, height: Integer, inset: Integer, sign: Integer) -> None:
+    """Add what a piece covers of one pixel, and of all further right, to the row's sums.
 
-    Shapes  sums: (W + 2,), areas; their running sum is the coverage.
+    Shapes  sums: areas; their running sum along a row is the coverage.
+    Units   height: a length; inset: how far right of the pixel's left border it is at its upper and its lower end, together.
     """
-    height = bottom - top
-    offset = np.float64(x_top + x_bottom - 2 * (column << LENGTH_BITS)) * (0.5 / np.float64(ONE))
+    offset = np.float64(inset) * (0.5 / np.float64(ONE))
     left_out = sign * np.int64(np.rint(np.float64(height) * offset * (UNIT / np.float64(ONE))))
-    sums[column] += sign * (height << 8) - left_out
-    sums[column + 1] += left_out
+    sums[place] += sign * (height << 8) - left_out
+    sums[place + 1] += left_out
 
 
-@bare_helper
+@bare_kernel
 def leave_moments(
     moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer
 ) -> None:
@@ -213,21 +259,10 @@ def leave_moments(
     moments[2, column + 1] += sign * third
 
 
-@bare_helper
-def leave_cell(
-    sums: Int64Array, moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer,
-    sign: Integer,
-) -> None:  # fmt: skip
-    """Leave what a piece covers of one column, and its moments where they are kept."""
-    leave_trapezoid(sums, column, top, bottom, x_top, x_bottom, sign)
-    if moments.shape[1] > 0:
-        leave_moments(moments, column, top, bottom, x_top, x_bottom, sign)
-
-
-@bare_kernel
-def leave_piece(
-    sums: Int64Array, moments: Int64Array, blocks: Int64Array, edges: Int64Array, e: Integer, row: Integer, top: Integer,
-    bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer,
+@inline_kernel
+def leave_columns(
+    leave_cell: Callable[..., None], sums: Int64Array, moments: Int64Array, blocks: Int64Array, edges: Int64Array, e: Integer,
+    row: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer,
 ) -> None:  # fmt: skip
     """Go along a piece of an edge from column to column and leave in each what it covers.
 
@@ -235,22 +270,50 @@ def leave_piece(
             image leaves nothing.
     """
     first, last = x_top >> LENGTH_BITS, x_bottom >> LENGTH_BITS
-    width = sums.shape[0] - 2
-    if min(first, last) >= width:
+    low, high = min(first, last), max(first, last)
+    if low >= sums.shape[0] - 2:
         return
-    for b in range(min(first, last) >> BLOCK_BITS, ((max(first, last) + 1) >> BLOCK_BITS) + 1):
+    for b in range(low >> BLOCK_BITS, ((high + 1) >> BLOCK_BITS) + 1):
         blocks[b] = 1
-    y, x, upper = top, x_top, row << LENGTH_BITS
-    if first < last:
-        for column in range(first, last):
-            next_y = min(max(y_at(edges, e, column + 1) - upper, y), bottom)
-            step_border(edges, e)
-            leave_cell(sums, moments, column, y, next_y, x, (column + 1) << LENGTH_BITS, sign)
-            y, x = next_y, (column + 1) << LENGTH_BITS
-    else:
-        for column in range(first, last, -1):
-            next_y = min(max(y_at(edges, e, column) - upper, y), bottom)
-            step_border(edges, e)
-            leave_cell(sums, moments, column, y, next_y, x, column << LENGTH_BITS, sign)
-            y, x = next_y, column << LENGTH_BITS
+    ahead = np.int64(last > first)
+    column, step, y, x, upper = first, 2 * ahead - 1, top, x_top, row << LENGTH_BITS
+    while column != last:
+        border = column + ahead
+        if edges[e, BORDER] != border:
+            y_at(edges, e, border)
+        next_y, next_x = min(max(edges[e, Y] - upper, y), bottom), border << LENGTH_BITS
+        step_border(edges, e)
+        leave_cell(sums, moments, column, y, next_y, x, next_x, sign)
+        column, y, x = column + step, next_y, next_x
     leave_cell(sums, moments, last, y, bottom, x, x_bottom, sign)
+
+
+@bare_helper
+def leave_area(
+    sums: Int64Array, moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer,
+    sign: Integer,
+) -> None:  # fmt: skip
+    """Leave what a piece covers of one column."""
+    leave_trapezoid(sums, column, bottom - top, x_top + x_bottom - 2 * (column << LENGTH_BITS), sign)
+
+
+@bare_helper
+def leave_area_and_moments(
+    sums: Int64Array, moments: Int64Array, column: Integer, top: Integer, bottom: Integer, x_top: Integer, x_bottom: Integer,
+    sign: Integer,
+) -> None:  # fmt: skip
+    """Leave what a piece covers of one column, and its moments."""
+    leave_trapezoid(sums, column, bottom - top, x_top + x_bottom - 2 * (column << LENGTH_BITS), sign)
+    leave_moments(moments, column, top, bottom, x_top, x_bottom, sign)
+
+
+@bare_kernel
+def leave_piece(
+    sums: Int64Array, moments: Int64Array, blocks: Int64Array, edges: Int64Array, e: Integer, row: Integer, top: Integer,
+    bottom: Integer, x_top: Integer, x_bottom: Integer, sign: Integer,
+) -> None:  # fmt: skip
+    """Leave what a piece of an edge covers, and its moments where they are kept."""
+    if moments.shape[1] > 0:
+        leave_columns(leave_area_and_moments, sums, moments, blocks, edges, e, row, top, bottom, x_top, x_bottom, sign)
+    else:
+        leave_columns(leave_area, sums, moments, blocks, edges, e, row, top, bottom, x_top, x_bottom, sign)

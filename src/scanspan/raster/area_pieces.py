@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.jit import bare_helper, bare_kernel
+from scanspan.raster.area_convex import BOX
 from scanspan.raster.area_edges import (
     BLOCK_BITS,
+    BLOCK_MASK,
     EDGE_COLUMNS,
     LENGTH_BITS,
     X0,
@@ -32,10 +34,12 @@ from scanspan.records import Int64Array, Integer
 # Columns of a piece: what is left of an edge in a row between the image's sides, from TOP to BOTTOM below the row's upper
 # border. SIDE is 1 for a left border of the inside, -1 for a right one, since SINCE; WINDING is that left of it. BEFORE and
 # AFTER are its neighbours in the list; STATE says whether it is in there, and what has to be looked at again.
-TOP, BOTTOM, X_TOP, X_BOTTOM, EDGE, SIDE, SINCE, WINDING, BEFORE, AFTER, STATE = range(11)
+TOP, BOTTOM, X_TOP, X_BOTTOM, EDGE, SIDE, SINCE, WINDING, BEFORE, AFTER, STATE, IS_FENCE = range(12)
 PIECE_COLUMNS = 12
 WAITING, LISTED, GONE = range(3)
 LOOK, TURNED = 4, 8  # bits of STATE: its neighbours have changed, its winding has
+CORNERS = 32  # within a row that are looked at one by one
+NO_COLUMN = np.int64(1 << 40)
 UNSET = np.int64(-(1 << 40))
 
 
@@ -44,6 +48,10 @@ class AreaSweep(NamedTuple):
 
     edges: Int64Array  # (N, EDGE_COLUMNS)
     order: Int64Array  # (N,) edges from left to right
+    spans: Int64Array  # (N, 4) where they are at the upper and the lower border of the row, within the image and anywhere
+    busy: Int64Array  # (B,) the columns of a row in which something happens, a bit each
+    cornered: Int64Array  # (B,) those in which edges begin, end, or go beyond the image
+    corners: Int64Array  # (CORNERS, 3) of a row: x, y, and by how much they change the windings to their right
     pieces: Int64Array  # (P, PIECE_COLUMNS) those at the row's upper border first; the last two are the ends of the list
     looked: Int64Array  # (2, P) pieces whose neighbours or windings have changed at a height
     started: Int64Array  # (2, N) edges that begin, and room to sort them
@@ -52,6 +60,8 @@ class AreaSweep(NamedTuple):
     sums: Int64Array  # (W + 2,) of a row
     moments: Int64Array  # (3, W + 2) of a row, or (3, 0) where none are kept
     blocks: Int64Array  # (B,) where they are not 0
+    box: Int64Array  # (BOX,) sums of the rows of a convex polygon
+    extents: Int64Array  # (BOX, 2) the columns of each in which something was left
 
 
 def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
@@ -60,6 +70,10 @@ def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
     return AreaSweep(
         edges=np.empty((most, EDGE_COLUMNS), np.int64),
         order=np.empty(most, np.int64),
+        spans=np.empty((most, 4), np.int64),
+        busy=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
+        cornered=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
+        corners=np.empty((CORNERS, 3), np.int64),
         pieces=np.empty((count, PIECE_COLUMNS), np.int64),
         looked=np.empty((2, count), np.int64),
         started=np.empty((2, most), np.int64),
@@ -68,6 +82,8 @@ def make_sweep(most: int, width: int, has_moments: bool = False) -> AreaSweep:
         sums=np.zeros(width + 2, np.int64),
         moments=np.zeros((3, width + 2 if has_moments else 0), np.int64),
         blocks=np.zeros(((width + 1) >> int(BLOCK_BITS)) + 1, np.int64),
+        box=np.zeros(BOX, np.int64),
+        extents=np.full((BOX // 2, 2), (BOX, -1), np.int64),
     )
 
 
@@ -152,6 +168,7 @@ def set_piece(
     """Fill a piece that is in no list yet."""
     pieces[p, TOP], pieces[p, BOTTOM], pieces[p, X_TOP], pieces[p, X_BOTTOM] = top, bottom, x_top, x_bottom
     pieces[p, EDGE], pieces[p, SIDE], pieces[p, SINCE], pieces[p, WINDING], pieces[p, STATE] = e, 0, top, UNSET, WAITING
+    pieces[p, IS_FENCE] = 0
 
 
 @bare_kernel
@@ -190,6 +207,32 @@ def cut_piece(sweep: AreaSweep, p: Integer, count: Integer, row: Integer) -> Int
         set_piece(pieces, part, e, leaves, bottom, high, high)
         part, count = count, count + 1
     return count - 1
+
+
+@bare_helper
+def mark_columns(busy: Int64Array, x_top: Integer, x_bottom: Integer) -> None:
+    """Mark the columns between two places as busy."""
+    low, high = min(x_top, x_bottom) >> LENGTH_BITS, max(x_top, x_bottom) >> LENGTH_BITS
+    for b in range(low >> BLOCK_BITS, (high >> BLOCK_BITS) + 1):
+        first, last = max(low - (b << BLOCK_BITS), np.int64(0)), min(high - (b << BLOCK_BITS), BLOCK_MASK)
+        busy[b] |= (np.int64(2) << last) - (np.int64(1) << first)
+
+
+@bare_helper
+def next_busy(busy: Int64Array, column: Integer) -> Integer:
+    """Return the first busy column from one on, or one that is beyond all."""
+    b = column >> BLOCK_BITS
+    if b >= busy.shape[0]:
+        return NO_COLUMN
+    bits, column = busy[b] >> (column & BLOCK_MASK), column
+    while bits == 0:
+        b += 1
+        if b >= busy.shape[0]:
+            return NO_COLUMN
+        bits, column = busy[b], b << BLOCK_BITS
+    while bits & 1 == 0:
+        bits, column = bits >> 1, column + 1
+    return column
 
 
 @bare_helper

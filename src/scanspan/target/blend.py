@@ -52,6 +52,29 @@ def blend_over(row: UInt8Array, q: int, color: Integer, cover: np.float32, is_li
 
 
 @bare_helper
+def blend_run(
+    pixels: UInt8Array, words: Int32Array, start: Integer, end: Integer, color: Integer, cover: np.float32, is_linear: int
+) -> None:
+    """Lay a colour over a run of pixels of a row, as much of it as is covered of each: the bits that blend_over gives.
+
+    Shapes  pixels: (n, 4) uint8, and words: (n,), the same.
+    Units   cover: float32, 0..1, above 0.
+    """
+    alpha = ALPHA[color >> 24 & 255] * cover
+    rest = ONE - alpha
+    for x in range(start, end):
+        under = np.int64(words[x])
+        if under >> 24 == -1:
+            # What lies below is opaque, and so is what comes of it: alpha and 1 - alpha add up to 1 in float32.
+            red = blend_channel(color & 255, under & 255, alpha, rest, is_linear)
+            green = blend_channel(color >> 8 & 255, under >> 8 & 255, alpha, rest, is_linear)
+            blue = blend_channel(color >> 16 & 255, under >> 16 & 255, alpha, rest, is_linear)
+            words[x] = np.int32((red | green << 8 | blue << 16) - (1 << 24))
+        else:
+            blend_over(pixels, x, color, cover, is_linear)
+
+
+@bare_helper
 def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Put an opaque colour, packed into the depth, into a row of pixels of 32 bits.
 

@@ -27,7 +27,7 @@ from scanspan.raster.area_pieces import AreaSweep, make_sweep
 from scanspan.records import Int32Array, Int64Array, Integer, UInt8Array
 from scanspan.shade.color import THRESHOLDS
 from scanspan.shade.srgb import encode_value
-from scanspan.target.blend import LINEAR, ONE, ZERO, blend_over
+from scanspan.target.blend import LINEAR, ONE, ZERO, blend_run
 
 Layers = tuple[UInt8Array, Int32Array]  # the pixels of a canvas as (H, W, 4) codes and as (H, W) words
 
@@ -63,8 +63,7 @@ def write_over(
     else:
         share = np.float32(min(np.float64(cover) / UNIT, 1.0))
         if share > ZERO:
-            for x in range(start, end):
-                blend_over(pixels[y], x, color, share, is_linear)
+            blend_run(pixels[y], words[y], start, end, color, share, is_linear)
 
 
 @bare_kernel
