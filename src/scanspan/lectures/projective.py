@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from scanspan.errors import InputError
 from scanspan.homogeneous import (
     PLANE_AT_INFINITY,
     FloatArray,
@@ -54,6 +55,30 @@ def demonstrate_translation() -> Origin:
     x, y = 0.0, 0.0
     a, b, c, d = 2.0, 3.0, 5.0, 7.0
     return Origin((a * x + b * y, c * x + d * y), _numbers(cartesian(transform(translation((5.0, 7.0)), points((x, y))))))
+
+
+class Excluded(NamedTuple):
+    """Which triples have no image on the plane W = 1, and why; empty where they have one."""
+
+    origin: str  # (0, 0, 0)
+    ideal: str  # (1, 2, 0)
+    point: str  # (1, 2, 4)
+
+
+def demonstrate_excluded_point() -> Excluded:
+    """Project three triples; S3, lines 415-416: "W not 0, except for one point", which has W = 0 anyway.
+
+    >>> demonstrate_excluded_point()
+    Excluded(origin='is no point', ideal='is an ideal point', point='')
+    """
+    reasons = []
+    for triple in ((0, 0, 0), (1, 2, 0), (1, 2, 4)):
+        try:
+            cartesian(triple)
+            reasons.append("")
+        except InputError as error:
+            reasons.append(str(error).partition(") ")[2].partition(":")[0])
+    return Excluded(*reasons)
 
 
 class Limit(NamedTuple):
