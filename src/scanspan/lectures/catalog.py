@@ -114,6 +114,8 @@ PORTS: tuple[Entry, ...] = (
           EDGES + "test_running_sums_drift"),
     Entry(37, "two speed hacks", "S0 S4", "292-309; 391-409", edge_faults.demonstrate_early_out,
           EDGES + "test_rows_are_left_early"),
+    Entry(37, "one test of three signs", "S4", "391-395", fixed_point.FixedFlatTriangle.rows,
+          FIXED + "test_the_speed_hack_changes_work_and_not_pixels"),
     Entry(38, "edges included", "S0 S4", "278; 373", edge_faults.demonstrate_shared_edges,
           EDGES + "test_shared_edges_are_drawn_twice_or_not_at_all"),
     Entry(39, "the area as a determinant, and a positive C", "S0 S4", "347-354; 459-467", edge_faults.positive_c,
@@ -223,6 +225,8 @@ PORTS: tuple[Entry, ...] = (
     # The raster.
     Entry(123, "the raster, and bounds multiplied in place", "S0 S4", "273, 370-393; 363-364", edge_faults.demonstrate_in_place,
           EDGES + "test_alpha_is_dropped_and_fields_are_overwritten", "b"),
+    Entry(123, "packed colours", "S4", "161-189", raster.pack_argb,
+          FIXED + "test_the_casts_and_sums_of_java", "b"),
 )
 
 SLIPS: tuple[Entry, ...] = (
