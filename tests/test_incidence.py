@@ -131,6 +131,19 @@ def test_tolerances_are_shares_of_what_is_compared(share: float) -> None:
     assert homogeneous.is_ideal((3, 4, 5 * share), 1e-12) == (share < 1e-12)
 
 
+@pytest.mark.parametrize("size", [1e-308, 1e-200, 1e200, 1e308])
+def test_numbers_of_any_size_are_joined(size: float) -> None:
+    p, q, r = (np.array(point) * size for point in ((1.0, 0.0, 0.5, 1.0), (0.0, 1.0, 0.25, 1.0), (0.0, 0.0, 1.0, 1.0)))
+    plane = homogeneous.join(p, q, r)
+    assert homogeneous.is_same(plane, homogeneous.join(p / size, q / size, r / size))
+    assert homogeneous.is_incident(plane, (p, q, r)).all()
+    assert homogeneous.is_incident(homogeneous.join(p, q), (p, q)).all()
+    assert not homogeneous.is_incident(homogeneous.join(p, q), r)
+    assert homogeneous.is_same(homogeneous.join(p[:3], q[:3]), homogeneous.join(p[:3] / size, q[:3] / size))
+    assert homogeneous.side(homogeneous.join(p, q), homogeneous.join(r, (0, 0, 0, 1))) != 0.0
+    assert np.allclose(homogeneous.cartesian(p), (1, 0, 0.5))
+
+
 def test_points_directions_and_canonical_forms_keep_the_shape_of_what_came(rng: np.random.Generator) -> None:
     flat, deep = rng.normal(size=(4, 5, 2)), rng.normal(size=(6, 3))
     assert np.array_equal(homogeneous.cartesian(homogeneous.points(flat)), flat)
@@ -189,6 +202,14 @@ def test_the_kernel_that_joins_corners_is_this_join(rng: np.random.Generator) ->
         (
             lambda: homogeneous.cartesian([[(1, 2, 3)], [(1, 2, 0)]]),
             r"^points\[1, 0\] = \(1\.0, 2\.0, 0\.0\) is an ideal point: expected one with W not 0$",
+        ),
+        (
+            lambda: homogeneous.cartesian((1e300, 1, 1e-300)),
+            r"^points = \(1e\+300, 1\.0, 1e-300\): divided by its last number it is too large for float64$",
+        ),
+        (
+            lambda: homogeneous.canonical([(1, 0, 0), (1, 0, 5e-324)]),
+            r"^vectors\[1\] = \(1\.0, 0\.0, 5e-324\): divided by its last number it is too large for float64$",
         ),
         (
             lambda: homogeneous.points([[1, 2], [3]]),

@@ -283,3 +283,9 @@ def test_an_n_sided_fan_has_a_corner_too_many() -> None:
         triangles = half_planes.fan(n)
         assert len(triangles) == n - 1  # an n-sided polygon has n - 2
         assert len({corner for triangle in triangles for corner in triangle}) == n + 1
+
+        # They are those of a polygon with n + 1 sides: all run as it does, and their areas add up to its own.
+        ring = [(Fraction(x), Fraction(x * x)) for x in range(n + 1)]
+        areas = [half_planes.twice_area(*(ring[k] for k in triangle)) for triangle in triangles]
+        assert min(areas) > 0
+        assert sum(areas) == sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise([*ring, ring[0]]))

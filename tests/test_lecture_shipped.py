@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from scanspan import color
 from scanspan.lectures import brightness, decomposition, projective, sampling
 from scanspan.lectures.fixed_point import FixedEdgeEqn
 from scanspan.lectures.raster import Vertex
+from scanspan.raster import order
 from scanspan.triangulation import triangulate_polygon
 
 
@@ -18,6 +22,34 @@ def twice_exact_area(ring: np.ndarray) -> Fraction:
     """Return twice the area of a ring, exactly."""
     points = [(Fraction(float(x)), Fraction(float(y))) for x, y in ring]
     return sum((a[0] * b[1] - b[0] * a[1] for a, b in zip(points, [*points[1:], points[0]])), Fraction(0))
+
+
+@pytest.mark.parametrize("name", ["hilbert", "morton"])
+def test_curves_are_followed_block_by_block(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """The traversal itself, in plain Python, with a recorder in the place of what scans a block."""
+    visited: list[tuple[int, int]] = []
+
+    def record(write_sample: Any, bound: Any, target: Any, t: Any, i: int, j: int, n: int, accepted: bool) -> int:
+        visited.append((int(i) // order.BLOCK, int(j) // order.BLOCK))
+        return 0
+
+    for helper in ("visit_curve", "push_quarters"):
+        monkeypatch.setattr(order, helper, getattr(order, helper).py_func)
+    monkeypatch.setattr(order, "scan_block", record)
+    monkeypatch.setattr(order, "is_rejected", lambda *_: False)
+    monkeypatch.setattr(order, "is_accepted", lambda *_: False)
+    side = 16
+    box = SimpleNamespace(x_start=0, x_end=side * order.BLOCK, y_start=0, y_end=side * order.BLOCK)
+    visit = {"hilbert": order.visit_hilbert, "morton": order.visit_morton}[name]
+    visit.py_func(None, None, None, box, 0, np.zeros((64, 5), np.int64))
+
+    # Every block once; Hilbert's steps go to a neighbour, Morton's numbers are the bits of x and y in turn.
+    assert len(set(visited)) == len(visited) == side**2
+    if name == "hilbert":
+        assert {abs(x - u) + abs(y - v) for (x, y), (u, v) in itertools.pairwise(visited)} == {1}
+    else:
+        interleaved = [sum(((p >> k & 1) << k // 2 + (k & 1) * 8) for k in range(8)) for p in range(side**2)]
+        assert visited == [(code & 255, code >> 8) for code in interleaved]
 
 
 def test_three_criteria_make_three_pictures() -> None:

@@ -158,6 +158,10 @@ def test_a_map_is_known_by_four_points_of_the_plane_or_five_of_space(count: int,
             r"^matrix = .*: expected numbers of shape \(3, 3\), not shape \(4, 4\)$",
         ),
         (
+            lambda: homogeneous.transform(np.eye(3) * 1e200, (1e200, 0, 1)),
+            r"^matrix = .*: the product is too large for float64$",
+        ),
+        (
             lambda: homogeneous.transform_planes(np.zeros((4, 4)), (0, 0, 0, 1)),
             r"^matrix = .*: expected a matrix that can be inverted$",
         ),

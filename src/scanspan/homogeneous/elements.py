@@ -61,7 +61,8 @@ def cartesian(points: npt.ArrayLike) -> FloatArray:
 
     Raises
     ------
-    InputError : when the shape is another, a number is not finite, or a W is 0; an ideal point has no such coordinates.
+    InputError : when the shape is another, a number is not finite, or a W is 0; an ideal point has no such coordinates, and one
+        that is almost ideal may have none that float64 can hold.
 
     >>> cartesian([[3, 4, 2], [-1, -1, -2]])
     array([[1.5, 2. ],
@@ -73,9 +74,7 @@ def cartesian(points: npt.ArrayLike) -> FloatArray:
         name, value = _first("points", given, missing)
         kind = "is an ideal point" if value.any() else "is no point"
         raise InputError(f"{name} = {quote(tuple(value.tolist()))} {kind}: expected one with W not 0")
-    with np.errstate(over="ignore"):
-        divided: FloatArray = given[..., :-1] / given[..., -1:]
-    return divided
+    return _divide("points", given, given[..., -1:])[..., :-1]
 
 
 def canonical(vectors: npt.ArrayLike) -> FloatArray:
@@ -90,7 +89,8 @@ def canonical(vectors: npt.ArrayLike) -> FloatArray:
 
     Raises
     ------
-    InputError : when the shape is another, a number is not finite, or a vector is all zeros, which is nothing.
+    InputError : when the shape is another, a number is not finite, a vector is all zeros, which is nothing, or float64 cannot
+        hold it so.
 
     >>> canonical([[-1, -1, -2], [0, -2, 0], [0, 2, 0]])
     array([[0.5, 0.5, 1. ],
@@ -103,8 +103,7 @@ def canonical(vectors: npt.ArrayLike) -> FloatArray:
         name, value = _first("vectors", given, empty)
         raise InputError(f"{name} = {quote(tuple(value.tolist()))}: expected one that is not all zeros")
     last = given.shape[-1] - 1 - np.argmax(given[..., ::-1] != 0.0, axis=-1)
-    divided: FloatArray = given / np.take_along_axis(given, last[..., None], axis=-1) + 0.0
-    return divided
+    return _divide("vectors", given, np.take_along_axis(given, last[..., None], axis=-1)) + 0.0
 
 
 def is_ideal(vectors: npt.ArrayLike, tolerance: float = 0.0) -> BoolArray:
@@ -149,7 +148,7 @@ def is_same(a: npt.ArrayLike, b: npt.ArrayLike, tolerance: float = TOLERANCE) ->
     check_together({"a": left, "b": right})
     if left.shape[-1] != right.shape[-1]:
         raise InputError(f"a has {left.shape[-1]} numbers and b {right.shape[-1]}: expected as many")
-    left, right = _about_one(left), _about_one(right)
+    left, right = about_one(left), about_one(right)
     minors = left[..., :, None] * right[..., None, :] - left[..., None, :] * right[..., :, None]
     same: BoolArray = left.any(axis=-1) & right.any(axis=-1) & (np.abs(minors).max(axis=(-2, -1)) <= share)
     return same
@@ -179,11 +178,28 @@ def check_tolerance(tolerance: float) -> float:
     return share
 
 
-def _about_one(vectors: FloatArray) -> FloatArray:
-    """Return vectors times powers of two that bring their largest numbers to between 1/2 and 1; zeros stay."""
-    exponents = np.frexp(np.abs(vectors).max(axis=-1, keepdims=True))[1]
-    scaled: FloatArray = np.ldexp(vectors, -exponents)
+def about_one(vectors: FloatArray, reach: int = 0) -> FloatArray:
+    """Return vectors times powers of two that bring their largest numbers to between 1/2 and 1; zeros stay.
+
+    Those whose largest number is already within 2^-reach to 2^reach stay too.
+
+    >>> about_one(np.array([3.0, 4.0, 0.0])).tolist()
+    [0.375, 0.5, 0.0]
+    """
+    exponents = np.frexp(np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0))[1]
+    scaled: FloatArray = np.ldexp(vectors, np.where(np.abs(exponents) <= reach, 0, -exponents))
     return scaled
+
+
+def _divide(name: str, vectors: FloatArray, divisors: FloatArray) -> FloatArray:
+    """Return vectors divided by numbers that are not 0, or raise an InputError where float64 cannot hold the result."""
+    with np.errstate(over="ignore"):
+        divided: FloatArray = vectors / divisors
+    beyond: BoolArray = np.asarray(~np.isfinite(divided).all(axis=-1))
+    if beyond.any():
+        name, value = _first(name, vectors, beyond)
+        raise InputError(f"{name} = {quote(tuple(value.tolist()))}: divided by its last number it is too large for float64")
+    return divided
 
 
 def _first(name: str, vectors: FloatArray, marked: BoolArray) -> tuple[str, FloatArray]:

@@ -9,7 +9,8 @@ points and planes are dual and lines are dual to themselves, with direction and 
 
 Where there is no answer, or more than one, all numbers are 0: for coincident points, collinear ones, a line and a point on it,
 and the duals of these. Parallel lines and planes do have an answer: an ideal point, or an ideal line. Every product is written
-out in a fixed order, and whole numbers up to 2^26 give exact answers in the plane.
+out in a fixed order, and whole numbers up to 2^26 give exact answers in the plane. Since a factor is free, what is larger than
+2^256 or smaller than 2^-256 is brought to about 1 first, and no product overflows.
 
 Source: F. Klein, Elementary Mathematics from an Advanced Standpoint: Geometry; J. Stolfi, Oriented Projective Geometry, 1991.
 """
@@ -21,8 +22,11 @@ import numpy.typing as npt
 
 from scanspan.errors import InputError
 from scanspan.homogeneous.checks import FloatArray, finite_vectors
-from scanspan.homogeneous.elements import TOLERANCE, BoolArray, check_together, check_tolerance
+from scanspan.homogeneous.elements import TOLERANCE, BoolArray, about_one, check_together, check_tolerance
 from scanspan.homogeneous.matrices import cross, dot
+
+# Powers of two between which numbers are multiplied as they come.
+REACH = 256
 
 
 def join(*parts: npt.ArrayLike) -> FloatArray:
@@ -90,7 +94,7 @@ def side(a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     >>> float(side(x_axis, upright))
     1.0
     """
-    left, right = finite_vectors("a", a, (6,)), finite_vectors("b", b, (6,))
+    left, right = (about_one(finite_vectors(name, line, (6,)), REACH) for name, line in (("a", a), ("b", b)))
     check_together({"a": left, "b": right})
     return dot(left[..., :3], right[..., 3:]) + dot(left[..., 3:], right[..., :3])
 
@@ -114,6 +118,7 @@ def is_incident(element: npt.ArrayLike, point: npt.ArrayLike, tolerance: float =
     on, given = finite_vectors("element", element, (3, 4, 6)), finite_vectors("point", point, (3, 4))
     share = check_tolerance(tolerance)
     check_together({"element": on, "point": given})
+    on, given = about_one(on), about_one(given)
     if on.shape[-1] == 6 and given.shape[-1] == 4:
         rest = np.abs(_line_and_point(on, given)).max(axis=-1)
     elif on.shape[-1] == given.shape[-1]:
@@ -126,7 +131,7 @@ def is_incident(element: npt.ArrayLike, point: npt.ArrayLike, tolerance: float =
 
 def _combine(name: str, kind: str, parts: tuple[npt.ArrayLike, ...], *, swap: bool) -> FloatArray:
     """Return the join of parts, or their meet, which is the join with direction and moment of lines exchanged."""
-    given = [finite_vectors(f"{name}[{k}]", part, (3, 4, 6)) for k, part in enumerate(parts)]
+    given = [about_one(finite_vectors(f"{name}[{k}]", part, (3, 4, 6)), REACH) for k, part in enumerate(parts)]
     check_together({f"{name}[{k}]": part for k, part in enumerate(given)})
     widths = tuple(part.shape[-1] for part in given)
     if widths == (3, 3):

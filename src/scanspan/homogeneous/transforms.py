@@ -20,6 +20,8 @@ import numpy.typing as npt
 
 from scanspan.errors import InputError
 from scanspan.homogeneous.checks import FloatArray, finite_array, finite_number, finite_vectors, quote, shape_of
+from scanspan.homogeneous.elements import about_one
+from scanspan.homogeneous.incidence import REACH
 from scanspan.homogeneous.matrices import compose, inverse, unit
 
 
@@ -128,7 +130,7 @@ def transform(matrix: npt.ArrayLike, points: npt.ArrayLike) -> FloatArray:
 
     Raises
     ------
-    InputError : when the shapes are others, or a number is not finite.
+    InputError : when the shapes are others, a number is not finite, or the product is too large for float64.
 
     >>> transform(translation((5, 7)), [(1, 1, 1), (1, 1, 0)])
     array([[6., 8., 1.],
@@ -198,6 +200,7 @@ def transform_lines(matrix: npt.ArrayLike, lines: npt.ArrayLike) -> FloatArray:
         return _times(inverse(m).T, given)
 
     # Take each of the six numbers, p_i q_j - p_j q_i, to those of M p and M q, by the 2 x 2 minors of M.
+    m = about_one(m.reshape(1, 16), REACH).reshape(4, 4)
     pairs = ((3, 0), (3, 1), (3, 2), (1, 2), (2, 0), (0, 1))
     minors = [[m[i, k] * m[j, n] - m[i, n] * m[j, k] for k, n in pairs] for i, j in pairs]
     return _times(np.array(minors), given)
@@ -243,12 +246,16 @@ def _basis(name: str, points: FloatArray) -> FloatArray:
 
 
 def _times(matrix: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return M v for vectors (..., k), each sum in the order of the columns."""
+    """Return M v for vectors (..., k), each sum in the order of the columns, or raise an InputError where that overflows."""
     columns = [vectors[..., k] for k in range(vectors.shape[-1])]
     result = []
-    for row in matrix.tolist():
-        total = columns[0] * row[0]
-        for value, number in zip(columns[1:], row[1:], strict=True):
-            total = total + value * number
-        result.append(total)
-    return np.stack(result, axis=-1) + 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for row in matrix.tolist():
+            total = columns[0] * row[0]
+            for value, number in zip(columns[1:], row[1:], strict=True):
+                total = total + value * number
+            result.append(total)
+    products: FloatArray = np.stack(result, axis=-1) + 0.0
+    if not np.isfinite(products).all():
+        raise InputError(f"matrix = {quote(matrix.tolist())}: the product is too large for float64")
+    return products
