@@ -102,6 +102,8 @@ def test_the_sort_table_holds_for_all_orders_of_three() -> None:
             continue
         low, high = SORT[code - 1]
         rows.add(code - 1)
+        assert look_up(code + 8 * 1) == ((low, high), SORT[0])
+        assert look_up(1 + 8 * code) == (SORT[0], (low, high))
         assert (xs[low], xs[high]) == (min(xs), max(xs))
     assert rows == set(range(6))
 

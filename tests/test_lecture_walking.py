@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
-from math import gcd
+from math import ceil, gcd
 
 import numpy as np
 import pytest
@@ -40,8 +40,15 @@ def test_walking_draws_the_shipped_pixels(ends: str, rule: str, rng: np.random.G
 
 def test_a_scan_line_has_one_span_of_a_triangle(rng: np.random.Generator) -> None:
     for points in random_triangles(rng, 30):
-        for row in shipped_hits([points], (24, 24)):
+        hits = shipped_hits([points], (24, 24))
+        for row in hits:
             assert (np.diff(np.pad(row, 1)) != 0).sum() in (0, 2)
+
+        # Walking gives that span, in rows one after the other.
+        spans = walking.walk(points, [0, 0, 0], ends="ceiling-ceiling").spans
+        assert [span.y for span in spans] == list(range(spans[0].y, spans[0].y + len(spans))) if spans else not hits.any()
+        lengths = {span.y: max(ceil(span.x_right) - ceil(span.x_left), 0) for span in spans}
+        assert [lengths.get(y, 0) for y in range(24)] == hits.sum(axis=1).tolist()
 
 
 @pytest.mark.parametrize(

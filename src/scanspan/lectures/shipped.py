@@ -207,7 +207,7 @@ SOUND: tuple[Entry, ...] = (
     Entry(7, "the printed inverse of the frustum", "S3", "568", homogeneous.inverse,
           PROJECTIVE + "test_110_the_frustum_and_its_inverse_are_those_of_the_slide"),
     Entry(8, "rows of the YIQ matrix add up to 1, 0 and 0", "S2", "47", color.rgb_to_yiq,
-          MODELS + "test_the_matrix_of_the_slide_is_sound"),
+          MODELS + "test_greys_have_neither_i_nor_q"),
 )
 # fmt: on
 
