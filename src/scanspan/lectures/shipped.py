@@ -90,7 +90,7 @@ SHIPPED: tuple[Entry, ...] = (
     Entry(18, "without clipping", "S1", "87", homogeneous_edges.without_clipping,
           "tests/test_homogeneous_edges.py::test_a_sheet_through_the_near_plane_has_no_cracks_and_no_double_hits"),
     Entry(49, "an edge has one owner, whatever the order", "S2", "377", edge.edge_bias,
-          "tests/test_partition.py::test_vertex_order_winding_and_triangle_order_change_nothing"),
+          "tests/test_partition.py::test_a_mesh_over_the_image_owns_every_sample_once"),
     Entry(49, "so has a sample where two are as near", "S2", "377", write.is_nearer,
           "tests/test_visibility.py::test_keys_order_like_is_nearer"),
     Entry(50, "area as the cure", "S1", "119-122", area.sweep_areas,
