@@ -164,7 +164,8 @@ def test_the_list_is_in_order_in_every_row_and_empty_at_the_end(
 
     monkeypatch.setattr(scanline, "insert_edges", insert_and_look)
     sampling = sampling_of(rule)
-    for triangles in (soup(rng, 15), flat(rng.uniform(-4, 30, (15, 3, 2)), rng.uniform(size=(15, 3)))):
+    cross = flat([[(4, 1), (6, 1), (20, 17)], [(18, 1), (20, 1), (4, 17)]], 0)  # its leftmost edges cross within the picture
+    for triangles in (soup(rng, 15), flat(rng.uniform(-4, 30, (15, 3, 2)), rng.uniform(size=(15, 3))), cross):
         for name, function, kind in sweeps():
             target, counters = swept(function, kind, triangles, sampling)
             assert rows == list(range(SIZE[1]))
