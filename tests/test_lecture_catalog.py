@@ -14,8 +14,9 @@ import pytest
 
 import scanspan as ss
 from scanspan.errors import InputError
-from scanspan.lectures import PORTS, SLIPS, find
+from scanspan.lectures import PORTS, SLIPS, find, sampling
 from scanspan.lectures.catalog import Entry
+from scanspan.lectures.shipped import SHIPPED
 
 # The lengths of the five documents in lines.
 LENGTHS = {"S0": 571, "S1": 153, "S2": 518, "S3": 691, "S4": 729}
@@ -62,8 +63,8 @@ def test_the_numbers_are_in_order_and_complete() -> None:
 
 
 def test_every_demonstration_is_listed() -> None:
-    listed = {entry.home for entry in [*PORTS, *SLIPS]}
-    modules = {inspect.getmodule(entry.function) for entry in [*PORTS, *SLIPS]} | {ss.lectures.fixed_point_faults}
+    listed = {entry.home for entry in [*PORTS, *SLIPS, *SHIPPED]}
+    modules = {inspect.getmodule(entry.function) for entry in [*PORTS, *SLIPS]} | {ss.lectures.fixed_point_faults, sampling}
     for module in modules:
         for name, function in inspect.getmembers(module, inspect.isfunction):
             if name.startswith("demonstrate_") and function.__module__ == getattr(module, "__name__", ""):

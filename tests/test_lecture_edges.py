@@ -102,6 +102,8 @@ def test_the_sort_table_holds_for_all_orders_of_three() -> None:
             continue
         low, high = SORT[code - 1]
         rows.add(code - 1)
+        assert look_up(code + 8 * 1) == ((low, high), SORT[0])
+        assert look_up(1 + 8 * code) == (SORT[0], (low, high))
         assert (xs[low], xs[high]) == (min(xs), max(xs))
     assert rows == set(range(6))
 
@@ -283,3 +285,9 @@ def test_an_n_sided_fan_has_a_corner_too_many() -> None:
         triangles = half_planes.fan(n)
         assert len(triangles) == n - 1  # an n-sided polygon has n - 2
         assert len({corner for triangle in triangles for corner in triangle}) == n + 1
+
+        # They are those of a polygon with n + 1 sides: all run as it does, and their areas add up to its own.
+        ring = [(Fraction(x), Fraction(x * x)) for x in range(n + 1)]
+        areas = [half_planes.twice_area(*(ring[k] for k in triangle)) for triangle in triangles]
+        assert min(areas) > 0
+        assert sum(areas) == sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise([*ring, ring[0]]))

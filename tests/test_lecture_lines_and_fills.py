@@ -27,6 +27,12 @@ def test_one_pixel_a_column_and_at_most_half_a_pixel_off() -> None:
 def test_d_is_f_at_the_next_midpoint() -> None:
     assert lines.f(Fraction(4), Fraction(1), 0, 0, 8, 4) < 0 < lines.f(Fraction(4), Fraction(3), 0, 0, 8, 4)
     for dx, dy in lines.octant(12):
+        # The loop decides by d as it steps it, and f decides anew at each midpoint: the same pixels.
+        y, decided = 0, []
+        for x in range(dx + 1):
+            decided.append((x, y))
+            y += lines.f(Fraction(x + 1), y + Fraction(1, 2), 0, 0, dx, dy) < 0
+        assert lines.midpoint(0, 0, dx, dy) == decided
         for x0, y0 in ((0, 0), (5, 3), (-7, 11)):
             ends = (x0, y0, x0 + dx, y0 + dy)
             assert lines.f(Fraction(x0), Fraction(y0), *ends) == lines.f(Fraction(x0 + dx), Fraction(y0 + dy), *ends) == 0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
+from math import ceil, gcd
 
 import numpy as np
 import pytest
@@ -38,8 +40,15 @@ def test_walking_draws_the_shipped_pixels(ends: str, rule: str, rng: np.random.G
 
 def test_a_scan_line_has_one_span_of_a_triangle(rng: np.random.Generator) -> None:
     for points in random_triangles(rng, 30):
-        for row in shipped_hits([points], (24, 24)):
+        hits = shipped_hits([points], (24, 24))
+        for row in hits:
             assert (np.diff(np.pad(row, 1)) != 0).sum() in (0, 2)
+
+        # Walking gives that span, in rows one after the other.
+        spans = walking.walk(points, [0, 0, 0], ends="ceiling-ceiling").spans
+        assert [span.y for span in spans] == list(range(spans[0].y, spans[0].y + len(spans))) if spans else not hits.any()
+        lengths = {span.y: max(ceil(span.x_right) - ceil(span.x_left), 0) for span in spans}
+        assert [lengths.get(y, 0) for y in range(24)] == hits.sum(axis=1).tolist()
 
 
 @pytest.mark.parametrize(
@@ -158,6 +167,20 @@ def test_the_point_minus_one_drops_samples_of_edges_whose_lines_it_is_on() -> No
     assert [hits[k, k] for k in range(1, 4)] == [0, 0, 0]
     moved = ownership.rule_hits(square, (6, 6), "same side", point=(-1, -2))
     assert [moved[k, k] for k in range(1, 4)] == [1, 1, 1]
+
+    # On a mesh it drops what lies within an edge whose line goes through it, and maybe the ends of such an edge.
+    within, at_all = set(), set()
+    for triangle in shuffled_mesh(1, 20, 15, 6).astype(int).tolist():
+        for (a_x, a_y), (b_x, b_y) in pairwise([*triangle, triangle[0]]):
+            if (b_x - a_x) * (-1 - a_y) == (b_y - a_y) * (-1 - a_x):
+                steps = gcd(b_x - a_x, b_y - a_y)
+                line = [(a_x + k * (b_x - a_x) // steps, a_y + k * (b_y - a_y) // steps) for k in range(steps + 1)]
+                at_all.update((x, y) for x, y in line if 0 < x < 120 and 0 < y < 90)
+                within.update(set(line[1:-1]) & at_all)
+    found = ownership.demonstrate_rules()
+    assert len(within) <= 9 <= len(at_all)
+    assert found["same side"] == (119 * 89, 9, 0)
+    assert found["same side, a point on no line"] == (119 * 89, 0, 0)
 
 
 def test_the_shadow_rule_is_the_top_left_rule_upside_down() -> None:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.homogeneous import FloatArray, cross, finite_array, quote, shape_of, unit
+from scanspan.homogeneous import FloatArray, cross, dot, finite_array, quote, shape_of, unit
 
 DIRECTIONS = ("iso", "front", "back", "left", "right", "top", "bottom")
 FITS = ("sphere", "box", "points")
@@ -72,7 +72,7 @@ def direction_towards_eye(direction: object, up: FloatArray) -> tuple[FloatArray
     """
     axis = int(np.argmax(np.abs(up)))
     front = np.array([0.0, -1.0, 0.0]) if axis == 2 else np.array([0.0, 0.0, 1.0])
-    front = unit(front - up * float(front[0] * up[0] + front[1] * up[1] + front[2] * up[2]))
+    front = unit(front - up * float(dot(front, up)))
     right = cross(up, front)
     if isinstance(direction, str):
         corner = np.ones(3)
@@ -90,7 +90,7 @@ def direction_towards_eye(direction: object, up: FloatArray) -> tuple[FloatArray
     # Looking along the up axis, put the front at the bottom of the picture, or at its top when looking up.
     if np.abs(cross(towards, up)).max() > 1e-6:
         return towards, up
-    looks_down = float(towards[0] * up[0] + towards[1] * up[1] + towards[2] * up[2]) > 0.0
+    looks_down = float(dot(towards, up)) > 0.0
     return towards, (-front if looks_down else front) + 0.0
 
 
@@ -125,7 +125,7 @@ def place(
 
     # Turn the points so that x is right, y up and z away from the eye, all relative to the centre.
     local = corners - centre
-    x, y, z = (local[:, 0] * axis[0] + local[:, 1] * axis[1] + local[:, 2] * axis[2] for axis in (right, above, -towards))
+    x, y, z = (dot(local, axis) for axis in (right, above, -towards))
     if fit == "sphere":
         x = y = z = np.array([-radius, radius])
         x0, y0, height = 0.0, 0.0, 2.0 * radius * max(1.0, 1.0 / aspect)

@@ -28,6 +28,7 @@ from scanspan.homogeneous import (
     orthographic,
     perspective,
     perspective_depth,
+    planes_before,
     quote,
 )
 
@@ -200,10 +201,9 @@ class Projection:
 
     def planes(self) -> tuple[float, float | None]:
         """Return the distances of the near and the far plane that the matrix holds; far is None for an infinite one."""
-        _, _, slope, level = (self.matrix[3] + self.matrix[2]).tolist()
-        near = level / slope if slope != 0.0 else 0.0
-        _, _, slope, level = (self.matrix[3] - self.matrix[2]).tolist()
-        far = level / slope if slope != 0.0 else None
+        nearest, farthest = planes_before(self.matrix, [(0, 0, 1, 1), (0, 0, -1, 1)]).tolist()
+        near = nearest[3] / nearest[2] if nearest[2] != 0.0 else 0.0
+        far = farthest[3] / farthest[2] if farthest[2] != 0.0 else None
         return near, far if far is not None and near < far < np.inf else None
 
 

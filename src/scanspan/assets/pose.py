@@ -40,11 +40,10 @@ def translation(name: str, value: npt.ArrayLike) -> FloatArray:
 def rotation(name: str, value: npt.ArrayLike) -> FloatArray:
     """Return a rotation matrix as it came, or raise an InputError when it is none."""
     matrix = finite_array(name, value, (3, 3))
-    gram = matrix[:, 0:1] * matrix[:, 0] + matrix[:, 1:2] * matrix[:, 1] + matrix[:, 2:3] * matrix[:, 2]
-    error = float(np.abs(gram - np.eye(3)).max())
+    error = float(np.abs(homogeneous.compose(matrix, matrix.T) - np.eye(3)).max())
     if not error <= ROTATION_TOLERANCE:
         raise InputError(f"{name} = {quote(matrix.tolist())}: expected a rotation, but it is off by {error:.3g}")
-    if float((homogeneous.cross(matrix[0], matrix[1]) * matrix[2]).sum()) < 0.0:
+    if float(homogeneous.dot(homogeneous.cross(matrix[0], matrix[1]), matrix[2])) < 0.0:
         raise InputError(f"{name} = {quote(matrix.tolist())}: expected a rotation, but it mirrors")
     return matrix
 

@@ -42,7 +42,7 @@ class Viewpoint:
         if view[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
             raise InputError(f"view has the last row {quote(view[3].tolist())}: expected (0, 0, 0, 1)")
         rows = homogeneous.normal_matrix(view)
-        if not abs(float((rows[0] * view[0, :3]).sum())) > 0.0:
+        if not abs(float(homogeneous.dot(rows[0], view[0, :3]))) > 0.0:
             raise InputError(f"view = {quote(view.tolist())}: expected a matrix that can be inverted")
         view.setflags(write=False)
         object.__setattr__(self, "view", view)

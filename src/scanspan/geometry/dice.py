@@ -31,10 +31,14 @@ from scanspan.assets.mesh import Mesh
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.displace import Displacement, check_displacement, displace, displaced_normals, prepare, weld
 from scanspan.geometry.subdivide import Surface, close_mesh, halve, open_mesh, split
-from scanspan.homogeneous import finite_number, quote, transform_points
+from scanspan.homogeneous import finite_number, planes_before, quote, transform_points
 from scanspan.records import Array, BoolArray, Float64Array, Int32Array
 
 MAX_TRIANGLES = 20_000_000  # by default; up to 400 bytes each while they are made
+# The near plane, w > 0, the four borders of clip space, and the far plane.
+CLIP_BORDERS = np.array(
+    [(0, 0, 1, 1), (0, 0, 0, 1), (1, 0, 0, 1), (-1, 0, 0, 1), (0, 1, 0, 1), (0, -1, 0, 1), (0, 0, -1, 1)], np.float64
+)
 ROOM = 2.0**-20  # of the distance to the origin; a triangle of that size can be halved some thirty times
 REACH_ROUNDS = 4  # times that the view is widened for a function that reaches further than it did where it was asked before
 DISPLACED_ROUNDS = 2  # rounds by the lengths of displaced edges: they may be four times as long as those they come from
@@ -126,8 +130,7 @@ def make_view(camera: Camera, size: tuple[int, int], pixels: Any, max_triangles:
 
     # Bring near, w > 0, the four borders and far from clip coordinates to the world.
     matrix = camera.clip_matrix(size)
-    x, y, z, w = matrix
-    planes = np.stack([z + w, w, w + x, w - x, w + y, w - y, *([w - z] if camera.has_far else [])])
+    planes = planes_before(matrix, CLIP_BORDERS if camera.has_far else CLIP_BORDERS[:-1])
     reaches = np.array([math.hypot(a, b, c) for a, b, c, _ in planes.tolist()])
     return View(matrix, (size[0] / 2, size[1] / 2), planes, reaches, longest, int(max_triangles))
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from scanspan.geometry.clip import clip_planes, cut_ring
 from scanspan.geometry.project import project
+from scanspan.homogeneous import cross, dot
 from scanspan.records import Array, DrawList, Float64Array, Int32Array, Int64Array, ScreenPolygons, ScreenTriangles
 
 REACHES_OUT = 8  # bit of `inner`: samples may lie outside of the three corners
@@ -93,10 +94,10 @@ def cut_rings(draw: DrawList, p: int, planes: Float64Array, size: tuple[int, int
 def shares(points: Float64Array, corners: Float64Array) -> Float64Array:
     """Return the shares of three corners in points of their plane, (M, 3), which add up to 1."""
     p, q, r = corners
-    normal = np.cross(q - p, r - p)
-    length = (normal * normal).sum()
-    of_q = (np.cross(points - p, r - p) * normal).sum(axis=1) / length
-    of_r = (np.cross(q - p, points - p) * normal).sum(axis=1) / length
+    normal = cross(q - p, r - p)
+    length = dot(normal, normal)
+    of_q = dot(cross(points - p, r - p), normal) / length
+    of_r = dot(cross(q - p, points - p), normal) / length
     return np.stack([1.0 - of_q - of_r, of_q, of_r], axis=1)
 
 

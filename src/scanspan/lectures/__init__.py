@@ -11,9 +11,11 @@ fixed_point        the same in 12 fractional bits
 walking            edge walking; interpolation has the three ways to a value inside; ownership the rules for edges
 lines  fills       DDA and midpoint; flood fill and parity
 hidden_surfaces    the scan-line algorithm
+projective         homogeneous coordinates; sampling, decomposition and brightness have what else the slides say in numbers
 
 Functions called `demonstrate_...` run a lecture's program beside this library's and return what differs. `PORTS` lists the
-items by number, `SLIPS` the mistakes; `find` looks one up.
+items by number, `SLIPS` the mistakes; `find` looks one up. `shipped` lists the items that are the library itself, and `table`
+puts all of them together as `docs/lectures.md`.
 """
 
 from __future__ import annotations

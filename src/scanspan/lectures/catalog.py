@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 from scanspan.errors import InputError
 from scanspan.lectures import (
+    brightness,
+    decomposition,
     edge_equations,
     edge_faults,
     exercise,
@@ -23,6 +25,7 @@ from scanspan.lectures import (
     interpolation,
     lines,
     ownership,
+    projective,
     raster,
     walking,
 )
@@ -37,6 +40,12 @@ class Entry(NamedTuple):
     lines: str  # of the slides, for each lecture
     function: Callable[..., Any]
     test: str  # file::name
+    suffix: str = ""  # "b" for 123b
+
+    @property
+    def key(self) -> str:
+        """The number as text, with its suffix."""
+        return f"{self.number}{self.suffix}"
 
     @property
     def home(self) -> str:
@@ -51,7 +60,7 @@ class Entry(NamedTuple):
 
 EDGES, FIXED = "tests/test_lecture_edges.py::", "tests/test_lecture_fixed_point.py::"
 WALKING, LINES = "tests/test_lecture_walking.py::", "tests/test_lecture_lines_and_fills.py::"
-SURFACES = "tests/test_lecture_hidden_surfaces.py::"
+SURFACES, SHIPPED_TESTS = "tests/test_lecture_hidden_surfaces.py::", "tests/test_lecture_shipped.py::"
 
 # fmt: off
 PORTS: tuple[Entry, ...] = (
@@ -105,6 +114,8 @@ PORTS: tuple[Entry, ...] = (
           EDGES + "test_running_sums_drift"),
     Entry(37, "two speed hacks", "S0 S4", "292-309; 391-409", edge_faults.demonstrate_early_out,
           EDGES + "test_rows_are_left_early"),
+    Entry(37, "one test of three signs", "S4", "391-395", fixed_point.FixedFlatTriangle.rows,
+          FIXED + "test_the_speed_hack_changes_work_and_not_pixels"),
     Entry(38, "edges included", "S0 S4", "278; 373", edge_faults.demonstrate_shared_edges,
           EDGES + "test_shared_edges_are_drawn_twice_or_not_at_all"),
     Entry(39, "the area as a determinant, and a positive C", "S0 S4", "347-354; 459-467", edge_faults.positive_c,
@@ -213,7 +224,9 @@ PORTS: tuple[Entry, ...] = (
           SURFACES + "test_neighbours_draw_their_boundary_twice"),
     # The raster.
     Entry(123, "the raster, and bounds multiplied in place", "S0 S4", "273, 370-393; 363-364", edge_faults.demonstrate_in_place,
-          EDGES + "test_alpha_is_dropped_and_fields_are_overwritten"),
+          EDGES + "test_alpha_is_dropped_and_fields_are_overwritten", "b"),
+    Entry(123, "packed colours", "S4", "161-189", raster.pack_argb,
+          FIXED + "test_the_casts_and_sums_of_java", "b"),
 )
 
 SLIPS: tuple[Entry, ...] = (
@@ -255,12 +268,18 @@ SLIPS: tuple[Entry, ...] = (
           LINES + "test_two_d_is_no_assignment"),
     Entry(14, "ties differ from Round", "S2", "128; 209", lines.demonstrate_ties,
           LINES + "test_ties_of_the_819_segments"),
+    Entry(15, "three names for one mean, and .999", "S2", "58-61", brightness.demonstrate_averages,
+          SHIPPED_TESTS + "test_white_is_a_little_grey_and_v_is_no_mean"),
     Entry(16, "buckets round down, ends round up", "S3", "164; 226", hidden_surfaces.demonstrate_buckets,
           SURFACES + "test_buckets_round_down_and_ends_round_up"),
     Entry(17, "the shadow rule is top-left upside down", "S3", "325-330", ownership.demonstrate_mirror,
           WALKING + "test_the_shadow_rule_is_the_top_left_rule_upside_down"),
+    Entry(18, "an exception that is none", "S3", "415-416", projective.demonstrate_excluded_point,
+          SHIPPED_TESTS + "test_no_triple_without_w_has_an_image"),
     Entry(19, "two forms with two signs", "S1", "7; 54-60", half_planes.demonstrate_sign_flip,
           EDGES + "test_the_forms_of_an_edge"),
+    Entry(20, "usually, always, all", "S0 S4 S2", "69; 99; 243", decomposition.demonstrate_decomposition,
+          SHIPPED_TESTS + "test_every_simple_polygon_is_cut_along_diagonals"),
     Entry(21, "a point off the screen and on an edge's line", "S2", "390", ownership.demonstrate_rules,
           WALKING + "test_the_point_minus_one_drops_samples_of_edges_whose_lines_it_is_on"),
     Entry(22, "points rounded half to even", "S0", "143", edge_faults.vertex_points,

@@ -17,6 +17,7 @@ import numpy as np
 
 from scanspan.errors import InputError
 from scanspan.geometry.fixed_point import product_halves
+from scanspan.homogeneous import join
 from scanspan.jit import kernel
 from scanspan.raster.algorithms import with_outlines
 from scanspan.raster.edge import SAMPLE, TOUCHED, edge_bias
@@ -292,7 +293,7 @@ def find_clipped(
     corners = clip[triangles[gone]]
     matrix = corners[:, :, [0, 1, 3]]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        weights = np.stack([np.cross(matrix[:, (k + 1) % 3], matrix[:, (k + 2) % 3]) for k in range(3)], axis=1)
+        weights = np.stack([join(matrix[:, (k + 1) % 3], matrix[:, (k + 2) % 3]) for k in range(3)], axis=1)
         volume = np.einsum("nk,nk->n", matrix[:, 0], weights[:, 0])
         shares = np.einsum("nkc,c->nk", weights, [x, y, 1.0])
         shares /= volume[:, None]
