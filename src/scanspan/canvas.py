@@ -163,9 +163,9 @@ class Canvas:
         if is_smooth and is_shaded:
             raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
         if is_shaded:
-            shades, screen = as_corner_colors(colors, len(corners)), screen_triangles(corners, bits)
+            shades = as_corner_colors(colors, len(corners))
             is_opaque, is_linear = not has_alpha(shades), self.blend == "linear"
-            paint_gouraud(self.pixels, screen, shades, name, sampling, is_opaque, is_linear, self.threads)
+            paint_gouraud(self.pixels, corners, shades, name, sampling, is_opaque, is_linear, self.threads)
             return
         codes = to_codes(colors, len(corners))
         if is_smooth:

@@ -55,12 +55,12 @@ def cut_rows(ends: Int64Array, rows: Integer, width: Integer, f: Integer, a: Int
 @inline_kernel
 def scan_flat(
     start_value: Callable[..., Any], write_value: Callable[..., None], lanes: Integer, target: Array, vertices: Array,
-    values: Array, ends: Int64Array, first: int, last: int, sampling: Sampling,
+    values: Array, ends: Int64Array, top: int, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the values of triangles first to last to all samples that they cover, in order.
 
     Shapes  target: (H, W), contiguous; vertices: (N, 3, 2); values: (N, ...), what start_value and write_value make of them;
-            ends: (2, H), room to work in.
+            ends: (2, H), room to work in; top: the row of the image that is the first of target.
     Units   vertices in pixels, within 2^24 of 0; lanes: samples in a vector, a power of 2.
     Rule    sampling.rule, folded into the edge constants by the setup; samples decide.
     Needs   the rectangle of sampling lies within the target; write_value writes nothing where a sample is not inside.
@@ -80,7 +80,7 @@ def scan_flat(
         )  # fmt: skip
         if y_start >= y_end:
             continue
-        across, rows, start = x_end - x_start, y_end - y_start, y_start * width + x_start
+        across, rows, start = x_end - x_start, y_end - y_start, (y_start - top) * width + x_start
         value = start_value(values, n, e1, e2, a1, a2, b1, b2, area, sampling.subpixel_bits)
 
         # Test all samples of a narrow box, some beyond its right side included.

@@ -27,10 +27,11 @@ SETUP_COST, SCAN_COST, ROW_COST, VECTOR_COST = 20.0, 4.0, 1.5, 1.0
 
 @bare_kernel
 def flat_words(
-    target: Int32Array, vertices: Float64Array, words: Int32Array, ends: Int64Array, first: int, last: int, sampling: Sampling
-) -> None:
+    target: Int32Array, vertices: Float64Array, words: Int32Array, ends: Int64Array, top: int, first: int, last: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
     """Half-space into (H, W) words of 32 bits, one a triangle."""
-    scan_flat(one_word, write_word, WORD_LANES, target, vertices, words, ends, first, last, sampling)
+    scan_flat(one_word, write_word, WORD_LANES, target, vertices, words, ends, top, first, last, sampling)
 
 
 def as_words(codes: UInt8Array, count: int) -> Int32Array:
@@ -52,35 +53,53 @@ def row_costs(vertices: Float64Array, height: int) -> Float64Array:
     return np.asarray(total * (len(vertices) / len(some)))
 
 
+def run_rows(
+    kernel: Callable[..., None], target: Int32Array, vertices: Float64Array, values: Array, sampling: Sampling, stop: Event
+) -> None:
+    """Run a kernel for the rows of a sampling, which target begins with, in chunks so that an interrupt is noticed.
+
+    Parameters
+    ----------
+    kernel : flat_words, or another of the same form.
+    target : (h, W) int32.
+    vertices : (N, 3, 2) corners in pixels, checked.
+    values : (N, ...), as the kernel takes them.
+    sampling : with the rows of one band.
+    stop : set where no more is wanted.
+    """
+    count, ends = len(vertices), np.empty((2, len(target)), np.int64)
+    for first in range(0, count, CHUNK):
+        if not stop.is_set():
+            kernel(target, vertices, values, ends, sampling.y_start, first, min(first + CHUNK, count), sampling)
+
+
 def run_flat(
     kernel: Callable[..., None], target: Int32Array, vertices: Float64Array, values: Array, sampling: Sampling, threads: int
 ) -> None:
     """Run a kernel over all triangles, in bands of rows that cost alike.
 
-    Parameters
-    ----------
-    kernel : flat_words, or another of the same form.
-    target : (H, W) int32.
-    vertices : (N, 3, 2) corners in pixels, checked.
-    values : (N, ...), as the kernel takes them.
-    sampling : of the whole image.
-    threads : how many share the rows.
+    The parameters are those of run_rows, but for `threads`: how many share the rows of target, (H, W).
     """
-    count, (height, width) = len(vertices), target.shape
 
     def fill_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Paint the rows of one band, in chunks so that an interrupt is noticed between them."""
-        within, ends = sampling._replace(y_start=y_start, y_end=y_end), np.empty((2, y_end - y_start), np.int64)
-        for first in range(0, count, CHUNK):
-            if not stop.is_set():
-                kernel(target, vertices, values, ends, first, min(first + CHUNK, count), within)
+        """Paint the rows of one band."""
+        within = sampling._replace(y_start=y_start, y_end=y_end)
+        run_rows(kernel, target[y_start:y_end], vertices, values, within, stop)
 
-    if threads == 1 or (count < SMALL and height * width < SMALL_IMAGE):
-        run_bands(fill_band, height, 1)
+    share_rows(fill_band, target.shape, vertices, threads)
+
+
+def share_rows(
+    work: Callable[[int, int, Event], None], shape: tuple[int, ...], vertices: Float64Array, threads: int, passes: int = 1
+) -> None:
+    """Call `work(y_start, y_end, stop)` for bands of rows that cost alike to paint, `passes` or more."""
+    count, height = len(vertices), shape[0]
+    if threads == 1 or (count < SMALL and height * shape[1] < SMALL_IMAGE):
+        run_bands(work, height, 1, passes)
         return
     costs = row_costs(vertices, height)
     is_dear = costs.sum() > 20 * SCAN_COST * threads * count
-    run_bands(fill_band, height, threads, each=4 if is_dear else 1, costs=costs)
+    run_bands(work, height, threads, passes, each=4 if is_dear else 1, costs=costs)
 
 
 def paint_flat(target: Int32Array, vertices: Float64Array, words: Int32Array, sampling: Sampling, threads: int) -> None:
