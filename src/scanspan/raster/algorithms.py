@@ -194,8 +194,8 @@ def run_bands(
     stop = Event()
     count = max(1, min(max(passes, each * threads if threads > 1 else 1), height))
     edges = [height * i // count for i in range(count + 1)]
-    if costs is not None and count > 1:
-        sums = np.cumsum(costs)
+    sums = np.cumsum(costs) if costs is not None else np.zeros(1)
+    if count > 1 and sums[-1] > 0.0:
         edges[1:-1] = np.searchsorted(sums, sums[-1] * np.arange(1, count) / count).tolist()
     if threads == 1 or count == 1:
         return [work(y_start, y_end, stop) for y_start, y_end in pairwise(edges)]
