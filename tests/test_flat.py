@@ -1,4 +1,4 @@
-"""Triangles painted straight from their corners: every size class against the exact oracle, and against the other way to shade."""
+"""Triangles painted straight from their corners: every size class against the exact oracle, and both ways to shade alike."""
 
 from __future__ import annotations
 
@@ -53,8 +53,12 @@ def painted(vertices: Floats, threads: int = 1, **options: Any) -> NDArray[np.in
 
 @pytest.mark.parametrize("bits", [4, 8, 12, 16])
 @pytest.mark.parametrize("rule", RULES, ids=str)
-def test_every_class_owns_what_the_oracle_says(rule: Any, bits: int, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("is_deep", [False, True], ids=["in-order", "last-first"])
+def test_every_class_owns_what_the_oracle_says(
+    is_deep: bool, rule: Any, bits: int, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for cull in ("none", "back", "front"):
+        monkeypatch.setattr(triangles, "lie_deep", lambda vertices, shape: is_deep)
         vertices = rng.permutation(classes(rng))
         for part in np.array_split(vertices, 12):
             options = {"rule": rule, "subpixel_bits": bits, "cull": cull}
@@ -66,8 +70,7 @@ def test_every_class_owns_what_the_oracle_says(rule: Any, bits: int, rng: np.ran
 def test_a_moved_edge_is_noticed(rng: np.random.Generator) -> None:
     vertices = classes(rng)[:12]
     options = {"rule": "top-left", "subpixel_bits": 8, "cull": "none"}
-    moved = vertices + (1 / 256, 0)
-    moved[:, 0] -= (0.5, 0)
+    moved = vertices - np.array([(0.5, 0), (0, 0), (0, 0)])
     assert not np.array_equal(painted(moved, **options), shown(vertices, **options))
 
 
@@ -87,6 +90,24 @@ def test_both_ways_to_shade_give_the_same_bits(bits: int, threads: int, monkeypa
     canvas.triangles(vertices, colors, subpixel_bits=bits, algorithm="edge-walk")
     assert np.array_equal(pictures[0], pictures[1])
     assert np.array_equal(canvas.pixels, pictures[0])
+
+
+def test_what_lies_deep_is_drawn_from_the_last_to_the_first(rng: np.random.Generator) -> None:
+    size, count = (300, 200), 3000
+    large = rng.uniform(-0.2, 1.2, (count, 3, 2)) * size
+    small = large[:, :1] + rng.uniform(-20, 20, (count, 3, 2))
+    assert triangles.lie_deep(large, size[::-1])
+    assert not triangles.lie_deep(large[:31], size[::-1])
+    assert not triangles.lie_deep(small, size[::-1])
+    assert not triangles.lie_deep(large + 1e6, size[::-1])
+    colors, shades = rng.integers(0, 256, (count, 3)), rng.integers(0, 256, (count, 3, 3))
+    for chosen in (colors, shades):
+        pictures = []
+        for algorithm, threads in (("half-space", 1), ("half-space", 2), ("edge-walk", 1)):
+            canvas = ss.Canvas(*size, threads=threads)
+            canvas.triangles(large, chosen, algorithm=algorithm)
+            pictures.append(canvas.pixels)
+        assert all(np.array_equal(picture, pictures[0]) for picture in pictures)
 
 
 def test_bands_cost_alike() -> None:

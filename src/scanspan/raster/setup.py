@@ -216,7 +216,7 @@ def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: In
 
     # Find the sign of the area, and turn all edges round where it is negative.
     is_near = max(high_x - low_x, high_y - low_y) < NEAR
-    area = (q_x - p_x) * (r_y - p_y) + (p_y - q_y) * (r_x - p_x) if is_near else np.int64(0)
+    area: Integer = (q_x - p_x) * (r_y - p_y) + (p_y - q_y) * (r_x - p_x) if is_near else np.int64(0)
     sign = area
     if not is_near:
         area_high, area_low = product_halves(q_x - p_x, p_y - q_y, r_y - p_y, r_x - p_x)
@@ -238,7 +238,9 @@ def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: In
         bias2 = line_bias(a2, b2, p_x, p_y, False, sampling)
 
     # Evaluate the edges at the first sample of the box, exactly.
-    x, y, e1, e2 = (x_start << s) + sampling.sample_x, (y_start << s) + sampling.sample_y, np.int64(0), np.int64(0)
+    x, y = (x_start << s) + sampling.sample_x, (y_start << s) + sampling.sample_y
+    e1: Integer = np.int64(0)
+    e2: Integer = np.int64(0)
     if is_near:
         e1, e2 = a1 * (x - r_x) + b1 * (y - r_y), a2 * (x - p_x) + b2 * (y - p_y)
         f0, f1, f2 = (a0 * (x - q_x) + b0 * (y - q_y) + bias0) >> s, (e1 + bias1) >> s, (e2 + bias2) >> s

@@ -68,7 +68,8 @@ def one_word(
     subpixel_bits: int,
 ) -> np.int32:  # fmt: skip
     """Return what scan_flat writes for a triangle of one value: the value."""
-    return values[n]
+    word: np.int32 = values[n]
+    return word
 
 
 @bare_helper

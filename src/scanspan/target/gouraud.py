@@ -37,7 +37,7 @@ from scanspan.raster.warnock import HIDES_NOTHING, warnock
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import ONE, blend_over
 from scanspan.target.paint import PAINTERS
-from scanspan.target.triangles import flat_words, run_flat, run_rows, share_rows
+from scanspan.target.triangles import fill_rows, lie_deep, measure_boxes, run_flat, share_rows
 
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
 LIST_BYTES = 1 << 21  # of the lists of one band; they stay in the cache
@@ -116,10 +116,9 @@ def start_planes(
     s = sampling.subpixel_bits
     x, y = (i << s) + sampling.sample_x, (j << s) + sampling.sample_y
     a1, b1, a2, b2 = r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
-    reach = max(abs(x - p_x), abs(y - p_y), abs(a1), abs(b1), abs(a2), abs(b2))
-    is_near = reach < NEAR
-    e1 = exact_value(a1, b1, x - p_x, y - p_y, is_near)
-    e2 = exact_value(a2, b2, x - p_x, y - p_y, is_near)
+    dx, dy = x - p_x, y - p_y
+    is_near = max(dx, -dx, dy, -dy, a1, -a1, b1, -b1, a2, -a2, b2, -b2) < NEAR
+    e1, e2 = exact_value(a1, b1, dx, dy, is_near), exact_value(a2, b2, dx, dy, is_near)
     area = exact_value(a2, b2, r_x - p_x, r_y - p_y, is_near)
     return e1, e2, np.float64(a1 << s), np.float64(a2 << s), 1.0 / area
 
@@ -198,18 +197,6 @@ def shaded_words(
 ) -> None:  # fmt: skip
     """Half-space into (H, W) words of 32 bits, shaded between the corners. Needs: sums of edge values times colours fit."""
     scan_flat(start_shade, write_shade, SHADE_LANES, target, vertices, colors, ends, top, first, last, sampling)
-
-
-@bare_kernel
-def measure_boxes(vertices: Float64Array) -> tuple[float, float]:
-    """Return the longest side of the triangles' boxes, and the sum of their areas; (N, 3, 2), in pixels."""
-    longest, total = 0.0, 0.0
-    for n in range(vertices.shape[0]):
-        p_x, p_y, q_x, q_y = vertices[n, 0, 0], vertices[n, 0, 1], vertices[n, 1, 0], vertices[n, 1, 1]
-        r_x, r_y = vertices[n, 2, 0], vertices[n, 2, 1]
-        across, down = max(p_x, q_x, r_x) - min(p_x, q_x, r_x), max(p_y, q_y, r_y) - min(p_y, q_y, r_y)
-        longest, total = max(longest, across, down), total + across * down
-    return longest, total
 
 
 @bare_kernel
@@ -348,16 +335,16 @@ def paint_opaque(
         paint_numbers(pixels, vertices, colors, algorithm, sampling, threads)
         return
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    longest, total = measure_boxes(vertices)
+    longest, total = measure_boxes(vertices, np.inf, np.inf)
     if colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE and total <= SMALL_BOX * count:
         run_flat(shaded_words, words, vertices, colors, sampling, threads)
         return
-    following = np.arange(1, count + 1, dtype=np.int32)
+    following, is_deep = np.arange(1, count + 1, dtype=np.int32), lie_deep(vertices, words.shape)
 
     def paint_band(y_start: int, y_end: int, stop: Event) -> None:
         """Paint the rows of one band."""
         numbers = np.zeros((y_end - y_start, words.shape[1]), np.int32)
-        run_rows(flat_words, numbers, vertices, following, sampling._replace(y_start=y_start, y_end=y_end), stop)
+        fill_rows(numbers, vertices, following, sampling._replace(y_start=y_start, y_end=y_end), is_deep, stop)
         if not stop.is_set():
             color_numbers(words, numbers, 0, y_start, 0, len(numbers), vertices, colors, sampling)
 

@@ -14,12 +14,14 @@ import numpy as np
 
 from scanspan.jit import bare_kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE, run_bands
+from scanspan.raster.covered import covered_words, room_for_bits
 from scanspan.raster.flat import scan_flat
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array
 from scanspan.target.blend import one_word, write_word
 
 WORD_LANES = np.int64(16)  # 32-bit words in a vector of 64 bytes
-TOLD = 4096  # triangles that are looked at to cut rows into bands
+TOLD = 4096  # triangles that are looked at to cut rows into bands, and to find out how deep they lie
+DEEP, LARGE_BOX = 32, 4096.0  # boxes over each pixel and pixels in a box, from which on the last are drawn first
 
 # Costs in nanoseconds, roughly: of a triangle's setup, of passing over it, and of each of its rows and vectors.
 SETUP_COST, SCAN_COST, ROW_COST, VECTOR_COST = 20.0, 4.0, 1.5, 1.0
@@ -32,6 +34,24 @@ def flat_words(
 ) -> None:  # fmt: skip
     """Half-space into (H, W) words of 32 bits, one a triangle."""
     scan_flat(one_word, write_word, WORD_LANES, target, vertices, words, ends, top, first, last, sampling)
+
+
+@bare_kernel
+def measure_boxes(vertices: Float64Array, width: float, height: float) -> tuple[float, float]:
+    """Return the longest side of the triangles' boxes, and the sum of the areas that these have within an image.
+
+    Shapes  vertices: (N, 3, 2).
+    Units   pixels.
+    """
+    longest, total = 0.0, 0.0
+    for n in range(vertices.shape[0]):
+        p_x, p_y, q_x, q_y = vertices[n, 0, 0], vertices[n, 0, 1], vertices[n, 1, 0], vertices[n, 1, 1]
+        r_x, r_y = vertices[n, 2, 0], vertices[n, 2, 1]
+        low_x, high_x, low_y, high_y = min(p_x, q_x, r_x), max(p_x, q_x, r_x), min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+        longest = max(longest, high_x - low_x, high_y - low_y)
+        across, down = min(high_x, width) - max(low_x, 0.0), min(high_y, height) - max(low_y, 0.0)
+        total += max(across, 0.0) * max(down, 0.0)
+    return longest, total
 
 
 def as_words(codes: UInt8Array, count: int) -> Int32Array:
@@ -102,6 +122,40 @@ def share_rows(
     run_bands(work, height, threads, passes, each=4 if is_dear else 1, costs=costs)
 
 
+def fill_rows(
+    target: Int32Array, vertices: Float64Array, words: Int32Array, sampling: Sampling, is_deep: bool, stop: Event
+) -> None:
+    """Paint triangles in order, each in one word, into the rows of a sampling; the parameters are those of run_rows.
+
+    Where they lie deep, they are drawn from the last to the first, which is the same picture.
+    """
+    if not is_deep:
+        run_rows(flat_words, target, vertices, words, sampling, stop)
+        return
+    ends, (taken, still_open) = np.empty((2, len(target)), np.int64), room_for_bits(*target.shape)
+    for last in range(len(vertices), 0, -CHUNK):
+        if not stop.is_set():
+            first = max(last - CHUNK, 0)
+            covered_words(target, vertices, words, ends, taken, still_open, sampling.y_start, first, last, sampling)
+
+
+def lie_deep(vertices: Float64Array, shape: tuple[int, ...]) -> bool:
+    """Say whether triangles are large and lie many deep in a picture, as far as some of them tell."""
+    count, pixels = len(vertices), shape[0] * shape[1]
+    if count < DEEP:
+        return False
+    some = np.ascontiguousarray(vertices[:: max(1, count // TOLD)])
+    mean = measure_boxes(some, float(shape[1]), float(shape[0]))[1] / len(some)
+    return mean >= LARGE_BOX and mean * count >= DEEP * pixels
+
+
 def paint_flat(target: Int32Array, vertices: Float64Array, words: Int32Array, sampling: Sampling, threads: int) -> None:
     """Paint triangles in order, each in one word; the parameters are those of run_flat."""
-    run_flat(flat_words, target, vertices, words, sampling, threads)
+    is_deep = lie_deep(vertices, target.shape)
+
+    def fill_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Paint the rows of one band."""
+        within = sampling._replace(y_start=y_start, y_end=y_end)
+        fill_rows(target[y_start:y_end], vertices, words, within, is_deep, stop)
+
+    share_rows(fill_band, target.shape, vertices, threads)
