@@ -239,6 +239,9 @@ def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: In
 
     # Evaluate the edges at the first sample of the box, exactly.
     x, y = (x_start << s) + sampling.sample_x, (y_start << s) + sampling.sample_y
+    f0: Integer
+    f1: Integer
+    f2: Integer
     e1: Integer = np.int64(0)
     e2: Integer = np.int64(0)
     if is_near:

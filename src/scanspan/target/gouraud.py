@@ -99,7 +99,7 @@ LISTERS: dict[str, Callable[..., None]] = {
 
 
 @bare_helper
-def exact_value(a: Integer, b: Integer, dx: Integer, dy: Integer, is_near: bool) -> float:
+def exact_value(a: Integer, b: Integer, dx: Integer, dy: Integer, is_near: bool | np.bool_) -> float:
     """Return a dx + b dy, rounded once to float64 where it does not fit. Needs: is_near is true only if it fits an int64."""
     if is_near:
         return np.float64(a * dx + b * dy)

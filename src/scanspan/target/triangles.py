@@ -1,8 +1,9 @@
 """Triangles in one value each, painted in order, straight from their corners in pixels: the quick way to fill a canvas.
 
 Bands of rows are shared by threads. Each scans all triangles, which takes a few nanoseconds for one that lies elsewhere, so
-there are as few bands as there are threads where triangles are small; the rows are cut so that all have as much to do, as far
-as a few thousand of the triangles tell. More bands than threads even out what that does not foresee, where triangles are large.
+there are as few bands as there are threads where triangles are small. The rows are cut so that all bands have as much to do, as
+far as a few thousand of the triangles tell. Where triangles are large, there are more bands than threads: that evens out what
+those few do not tell, and a band stays in the cache.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampli
 from scanspan.target.blend import one_word, write_word
 
 WORD_LANES = np.int64(16)  # 32-bit words in a vector of 64 bytes
+PASS_BYTES = 1 << 21  # of a picture in one band, where it is cut for the sake of the cache
 TOLD = 4096  # triangles that are looked at to cut rows into bands, and to find out how deep they lie
 DEEP, LARGE_BOX = 32, 4096.0  # boxes over each pixel and pixels in a box, from which on the last are drawn first
 
@@ -112,14 +114,19 @@ def run_flat(
 def share_rows(
     work: Callable[[int, int, Event], None], shape: tuple[int, ...], vertices: Float64Array, threads: int, passes: int = 1
 ) -> None:
-    """Call `work(y_start, y_end, stop)` for bands of rows that cost alike to paint, `passes` or more."""
-    count, height = len(vertices), shape[0]
-    if threads == 1 or (count < SMALL and height * shape[1] < SMALL_IMAGE):
+    """Call `work(y_start, y_end, stop)` for bands of rows that cost alike to paint, `passes` or more.
+
+    Where triangles cost much more than to pass over them, bands are so small that they stay in the cache, and two a thread.
+    """
+    count, height, pixels = len(vertices), shape[0], shape[0] * shape[1]
+    if count < SMALL and (threads == 1 or pixels < SMALL_IMAGE):
         run_bands(work, height, 1, passes)
         return
     costs = row_costs(vertices, height)
-    is_dear = costs.sum() > 20 * SCAN_COST * threads * count
-    run_bands(work, height, threads, passes, each=4 if is_dear else 1, costs=costs)
+    mean = costs.sum() / count
+    if mean > 20 * SCAN_COST:
+        passes = max(passes, -(-4 * pixels // PASS_BYTES))
+    run_bands(work, height, threads, passes, each=2 if mean > 20 * SCAN_COST * threads else 1, costs=costs)
 
 
 def fill_rows(
