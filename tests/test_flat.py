@@ -124,6 +124,13 @@ def test_bands_cost_alike() -> None:
     assert bands[0][1] < 40
 
 
+def test_nothing_is_painted_in_threads_too() -> None:
+    canvas = ss.Canvas(700, 500, "white", threads=2)
+    canvas.triangles([], "red")
+    canvas.triangles(np.zeros((0, 3, 2)), np.zeros((0, 3, 3), np.uint8))
+    assert (canvas.pixels == 255).all()
+
+
 def test_bands_of_nothing_are_equally_high() -> None:
     bands: list[tuple[int, int]] = []
     run_bands(lambda y_start, y_end, stop: bands.append((y_start, y_end)), 40, 2, costs=np.zeros(40))

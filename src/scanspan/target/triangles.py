@@ -119,6 +119,8 @@ def share_rows(
     Where triangles cost much more than to pass over them, bands are so small that they stay in the cache, and two a thread.
     """
     count, height, pixels = len(vertices), shape[0], shape[0] * shape[1]
+    if count == 0:
+        return
     if count < SMALL and (threads == 1 or pixels < SMALL_IMAGE):
         run_bands(work, height, 1, passes)
         return
