@@ -47,6 +47,7 @@ from scanspan.target.image import MAX_PIXELS, png_bytes, write_image
 from scanspan.target.paint import PAINTERS, SEGMENT_KERNELS, cover_kernel
 from scanspan.target.strokes import LINE_BITS, paint_segments, pairs_kernel, snap_segments
 from scanspan.target.stroking import cover_points, stroke_chain, stroke_segments
+from scanspan.target.triangles import as_words, paint_flat
 
 LINES = {
     "midpoint": MIDPOINT,
@@ -156,9 +157,9 @@ class Canvas:
         if is_smooth and is_shaded:
             raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
         if is_shaded:
-            shades, screen = as_corner_colors(colors, len(corners)), screen_triangles(corners, bits)
+            shades = as_corner_colors(colors, len(corners))
             is_opaque, is_linear = not has_alpha(shades), self.blend == "linear"
-            paint_gouraud(self.pixels, screen, shades, name, sampling, is_opaque, is_linear, self.threads)
+            paint_gouraud(self.pixels, corners, shades, name, sampling, is_opaque, is_linear, self.threads)
             return
         codes = to_codes(colors, len(corners))
         if is_smooth:
@@ -167,9 +168,12 @@ class Canvas:
             points, starts, rings = as_polygons(corners[kept])
             self._paint_areas(points, starts, rings, "even-odd", codes, overlap)
             return
+        kind, target = self._target(bool((codes[..., 3] == 255).all()))
+        if name == "half-space" and kind == "opaque":
+            paint_flat(target, corners, as_words(codes, len(corners)), sampling, self.threads)
+            return
         screen = screen_triangles(corners, bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
-        kind, target = self._target(bool((codes[..., 3] == 255).all()))
         run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
 
     def polygon(

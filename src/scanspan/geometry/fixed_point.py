@@ -37,6 +37,12 @@ def snap_points(points: Float64Array, subpixel_bits: int) -> Int64Array:
 
 
 @helper_kernel
+def to_grid(position: float, scale: float) -> Integer:
+    """Return a coordinate in pixels, within 2^24 of 0, in sub-pixels, half to even; scale = 2^s."""
+    return np.int64(np.rint(np.float64(position) * scale))
+
+
+@helper_kernel
 def product_halves(a: Integer, b: Integer, dx: Integer, dy: Integer) -> tuple[np.int64, np.int64]:
     """Return a dx + b dy exactly as (high, low), which stands for high 2^20 + low with 0 <= low < 2^20.
 

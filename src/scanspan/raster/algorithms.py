@@ -20,7 +20,7 @@ from scanspan.raster import edge_walk, half_space, homogeneous_edges, micropolyg
 from scanspan.raster import order as orders
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
-from scanspan.records import Array, Int64Array, Sampling, ScreenTriangles
+from scanspan.records import Array, Float64Array, Int64Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
     "half-space": "edge equations over the bounding box of each triangle",
@@ -190,14 +190,21 @@ def count_passes(triangles: ScreenTriangles, sampling: Sampling, size: int) -> i
     return -(-size // PASS_BYTES) if np.median(jumps) > sampling.y_end / 16 else 1
 
 
-def run_bands(work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1, each: int = 2) -> list[Any]:
+def run_bands(
+    work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1, each: int = 2,
+    costs: Float64Array | None = None,
+) -> list[Any]:  # fmt: skip
     """Call `work(y_start, y_end, stop)` for bands of rows and return what it gave, from the top band to the bottom one.
 
     At least `passes` bands, and two a thread, so that one that finishes early has something to do; `each` a thread where it is
-    dear that every band looks at everything. `stop` is set when the others need not go on.
+    dear that every band looks at everything. `stop` is set when the others need not go on. With the `costs` of rows, (height,),
+    bands cost alike and may be empty; without, they are equally high.
     """
     count = max(1, min(max(passes, each * threads if threads > 1 else 1), height))
     edges = [height * i // count for i in range(count + 1)]
+    sums = np.cumsum(costs) if costs is not None else np.zeros(1)
+    if count > 1 and sums[-1] > 0.0:
+        edges[1:-1] = np.searchsorted(sums, sums[-1] * np.arange(1, count) / count).tolist()
     if threads == 1 or count == 1:
         return [work(y_start, y_end, NEVER) for y_start, y_end in pairwise(edges)]
     stop = Event()

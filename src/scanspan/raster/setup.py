@@ -19,17 +19,20 @@ Source: the plane equations of the lectures, with the error of rounding A, B and
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from scanspan.geometry.fixed_point import halves_float, halves_sign, product_halves
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.raster.edge import HIGH_LIMIT_BITS, SAMPLE, TOUCHED, edge_bias, edge_start, pixel_bias
+from scanspan.raster.edge import HIGH_LIMIT_BITS, SAMPLE, TOP_LEFT, TOUCHED, edge_bias, edge_start, pixel_bias
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 EMPTY = TriangleSetup._make((np.int64(0),) * 19 + (0.0,) * 3 + (-np.inf, np.inf) * 2)
 
 
 INTEGERS, FLOATS = 19, 7  # fields of a TriangleSetup
+NEAR = np.int64(1 << 29)  # sub-pixels; the products of differences below it are exact in an int64
 
 
 @inline_kernel
@@ -191,6 +194,65 @@ def set_up_triangle(
     return TriangleSetup(x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2,
                          g1, g1_x, g1_y, g2, g2_x, g2_y, depth, slope1, slope2,
                          depth_low, depth_high, -np.inf, np.inf)  # fmt: skip
+
+
+@helper_kernel
+def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer, sampling: Sampling) -> Any:
+    """Return the bounds and edges of a triangle without depth, for whoever needs coverage alone.
+
+    They are those of set_up_triangle but for the order: edges are opposite the corners as they are given, all turned round
+    where the area is negative. No rows are left where there is nothing to draw.
+
+    Returns is_cut: whether the rectangle cuts the box off on the right; x_start, x_end, y_start, y_end; f0, f1, f2, a0, a1, a2,
+            b0, b1, b2, as in TriangleSetup; the last two edge values without bias, and twice the area, 0 where not near.
+    Units   corners in sub-pixels; of the result, bounds in pixels, the last three in sub-pixels squared.
+    Needs   sampling.coverage is SAMPLE, and no edge was made inside a primitive.
+    """
+    s = sampling.subpixel_bits
+    low_x, high_x, low_y, high_y = min(p_x, q_x, r_x), max(p_x, q_x, r_x), min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+    box_end = ((high_x - sampling.sample_x) >> s) + 1
+    x_start, x_end = max(first_sample(low_x, sampling.sample_x, s), sampling.x_start), min(box_end, sampling.x_end)
+    y_start, y_end = pixels_between(low_y, high_y, sampling.sample_y, sampling, sampling.y_start, sampling.y_end)
+
+    # Find the sign of the area, and turn all edges round where it is negative.
+    is_near = max(high_x - low_x, high_y - low_y) < NEAR
+    area: Integer = (q_x - p_x) * (r_y - p_y) + (p_y - q_y) * (r_x - p_x) if is_near else np.int64(0)
+    sign = area
+    if not is_near:
+        area_high, area_low = product_halves(q_x - p_x, p_y - q_y, r_y - p_y, r_x - p_x)
+        sign = halves_sign(area_high, area_low)
+    turn = np.int64(1) if sign > 0 else np.int64(-1)
+    if x_start >= x_end or sign == 0 or turn == sampling.cull:
+        y_end = y_start
+    a0, b0, a1, b1 = turn * (q_y - r_y), turn * (r_x - q_x), turn * (r_y - p_y), turn * (p_x - r_x)
+    a2, b2 = turn * (p_y - q_y), turn * (q_x - p_x)
+
+    # Ask the rule; it is known beforehand for nearly all, and then takes no branches.
+    if sampling.rule == TOP_LEFT:
+        bias0 = edge_bias(a0, b0, q_x, q_y, False, TOP_LEFT, 0, 0, 1)
+        bias1 = edge_bias(a1, b1, r_x, r_y, False, TOP_LEFT, 0, 0, 1)
+        bias2 = edge_bias(a2, b2, p_x, p_y, False, TOP_LEFT, 0, 0, 1)
+    else:
+        bias0 = line_bias(a0, b0, q_x, q_y, False, sampling)
+        bias1 = line_bias(a1, b1, r_x, r_y, False, sampling)
+        bias2 = line_bias(a2, b2, p_x, p_y, False, sampling)
+
+    # Evaluate the edges at the first sample of the box, exactly.
+    x, y = (x_start << s) + sampling.sample_x, (y_start << s) + sampling.sample_y
+    f0: Integer
+    f1: Integer
+    f2: Integer
+    e1: Integer = np.int64(0)
+    e2: Integer = np.int64(0)
+    if is_near:
+        e1, e2 = a1 * (x - r_x) + b1 * (y - r_y), a2 * (x - p_x) + b2 * (y - p_y)
+        f0, f1, f2 = (a0 * (x - q_x) + b0 * (y - q_y) + bias0) >> s, (e1 + bias1) >> s, (e2 + bias2) >> s
+    else:
+        high0, low0 = product_halves(a0, b0, x - q_x, y - q_y)
+        high1, low1 = product_halves(a1, b1, x - r_x, y - r_y)
+        high2, low2 = product_halves(a2, b2, x - p_x, y - p_y)
+        f0, f1, f2 = edge_start(high0, low0, bias0, s), edge_start(high1, low1, bias1, s), edge_start(high2, low2, bias2, s)
+    return box_end > x_end, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, e1, e2, turn * area
 
 
 @helper_kernel

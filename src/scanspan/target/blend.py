@@ -86,6 +86,23 @@ def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, numb
 
 
 @bare_helper
+def one_word(
+    values: Int32Array, n: int, e1: Integer, e2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer,
+    subpixel_bits: int,
+) -> np.int32:  # fmt: skip
+    """Return what scan_flat writes for a triangle of one value: the value."""
+    word: np.int32 = values[n]
+    return word
+
+
+@bare_helper
+def write_word(row: Int32Array, q: int, inside: bool, word: np.int32, i: Integer, j: Integer) -> None:
+    """Put an opaque colour as it is stored, or a number, into a row of 32 bits; a masked store, as above."""
+    if inside:
+        row[q] = word
+
+
+@bare_helper
 def write_sample_linear(row: UInt8Array, q: int, inside: bool, depth: float, number: Integer) -> None:
     """Blend a colour, packed into the depth, into a row of pixels in linear light."""
     if inside:

@@ -1,9 +1,9 @@
 """A few triangles: what a call for one or two of them takes, in one kernel from the check to the pixels.
 
 A call that paints a hundred pixels is done in less time than it takes NumPy to look at its arguments. So here arguments that
-have the plain types are checked, snapped and painted without going back to Python. Whatever is out of the ordinary, and all
-that is wrong, is left untouched for the way that others take, which knows what to say. The pixels are the same: setup,
-traversal and colouring are those of paint.py and gouraud.py.
+have the plain types are checked and painted without going back to Python. Whatever is out of the ordinary, and all that is
+wrong, is left untouched for the way that others take, which knows what to say. The pixels are the same: the kernels are those
+of triangles.py and gouraud.py.
 
 Price: a second way in. It has no rules of its own, only limits of size.
 """
@@ -18,73 +18,30 @@ import numpy as np
 from scanspan.assets.codes import to_code
 from scanspan.errors import InputError
 from scanspan.geometry.fixed_point import MAX_COORDINATE
-from scanspan.jit import bare_helper, helper_kernel, kernel
+from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.algorithms import ALGORITHMS, SMALL_IMAGE
-from scanspan.raster.counters import COUNTERS
-from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.options import check_name, check_subpixel_bits, make_sampling
-from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
+from scanspan.records import Array, Float64Array, Int32Array, Sampling, UInt8Array
 from scanspan.samples import sample_offsets
-from scanspan.target.gouraud import color_numbers
-from scanspan.target.paint import PAINTERS, half_space_opaque
+from scanspan.target.gouraud import OPAQUE, SURE, shaded_words
+from scanspan.target.paint import PAINTERS
+from scanspan.target.triangles import flat_words, measure_boxes
 
 OVERLAPS = ("over", "disjoint")
 FEW = 64  # triangles
-OPAQUE = 256.0 * 255.0  # the highest byte of a packed colour, seen from the third
 PLAIN = frozenset(np.dtype(name) for name in ("f8", "f4", "i8", "i4"))
 
 
 @helper_kernel
-def snap_few(vertices: Float64Array, s: int) -> tuple[bool, Int64Array]:
-    """Return whether corners can be taken, and where they are, (3 N, 2) sub-pixels, half to even."""
-    count, limit, scale = vertices.shape[0], np.float64(MAX_COORDINATE), np.float64(np.int64(1) << s)
-    xy, is_good = np.empty((3 * count, 2), np.int64), True
+def are_few(vertices: Float64Array, sampling: Sampling, most: int) -> tuple[bool, bool]:
+    """Say whether corners can be taken, and whether their triangles are so small that shades of 8 bits are exact."""
+    limit, count = np.float64(MAX_COORDINATE), vertices.shape[0]
     for n in range(count):
         for k in range(3):
-            for axis in range(2):
-                position = vertices[n, k, axis]
-                is_good = is_good and bool(abs(position) <= limit)
-                xy[3 * n + k, axis] = np.int64(np.rint(position * scale)) if is_good else 0
-    return is_good, xy
-
-
-@bare_helper
-def box_of(xy: Int64Array, first: Integer, last: Integer, sampling: Sampling) -> tuple[Integer, Integer, Integer, Integer]:
-    """Return the pixels of the image that corners first to last reach: x_start, x_end, y_start, y_end."""
-    s, x_low, y_low = sampling.subpixel_bits, xy[first, 0], xy[first, 1]
-    x_high, y_high = x_low, y_low
-    for k in range(first + 1, last):
-        x_low, x_high = min(x_low, xy[k, 0]), max(x_high, xy[k, 0])
-        y_low, y_high = min(y_low, xy[k, 1]), max(y_high, xy[k, 1])
-    zero = np.int64(0)
-    x_start, y_start = max(x_low >> s, zero), max(y_low >> s, zero)
-    return x_start, min((x_high >> s) + 1, sampling.x_end), y_start, min((y_high >> s) + 1, sampling.y_end)
-
-
-@bare_helper
-def area_of(xy: Int64Array, sampling: Sampling) -> Integer:
-    """Return how many pixels lie in the boxes of triangles, all together."""
-    area: Integer = np.int64(0)
-    for first in range(0, xy.shape[0], 3):
-        x_start, x_end, y_start, y_end = box_of(xy, first, first + 3, sampling)
-        area += max(x_end - x_start, np.int64(0)) * max(y_end - y_start, np.int64(0))
-    return area
-
-
-@helper_kernel
-def screen_of(xy: Int64Array, depth: Float64Array) -> ScreenTriangles:
-    """Return triangles that each have corners of their own, as screen_triangles does."""
-    count = xy.shape[0] // 3
-    corners = np.empty((count, 3), np.int32)
-    for n in range(count):
-        for k in range(3):
-            corners[n, k] = 3 * n + k
-    none = np.full(count, -1, np.int32)
-    return ScreenTriangles(
-        xy, depth, np.empty((0, 4)), corners, none, none, np.empty((0, 3, 3)), np.zeros(count, np.uint8), none,
-        np.empty((0, 3, 4), np.int64), np.empty((0, 8), np.int64), np.empty((0, 7)), np.empty((0, 19), np.int64),
-        np.empty((0, 7)),
-    )  # fmt: skip
+            if not (abs(vertices[n, k, 0]) <= limit and abs(vertices[n, k, 1]) <= limit):
+                return False, False
+    longest, total = measure_boxes(vertices, np.float64(sampling.x_end), np.float64(sampling.y_end))
+    return bool(total <= most), bool(longest * np.float64(np.int64(1) << sampling.subpixel_bits) < SURE)
 
 
 @kernel
@@ -94,49 +51,32 @@ def paint_flat_kernel(words: Int32Array, vertices: Float64Array, colors: UInt8Ar
     Shapes  words: (H, W) pixels; vertices: (N, 3, 2) of any value; colors: (N, 3), (N, 4), (1, 3) or (1, 4);
             most: pixels in their boxes.
     """
-    is_good, xy = snap_few(vertices, sampling.subpixel_bits)
-    if not is_good or area_of(xy, sampling) > most:
+    count = vertices.shape[0]
+    values = np.empty(count, np.int32)
+    if not are_few(vertices, sampling, most)[0]:
         return False
-    depth = np.empty(xy.shape[0])
-    for k in range(xy.shape[0]):
-        n = min(k // 3, colors.shape[0] - 1)
-        if colors.shape[1] == 4 and colors[n, 3] != 255:
+    for n in range(count):
+        m = min(n, colors.shape[0] - 1)
+        if colors.shape[1] == 4 and colors[m, 3] != 255:
             return False
-        depth[k] = np.float64(colors[n, 0]) + 256.0 * (np.float64(colors[n, 1]) + 256.0 * (np.float64(colors[n, 2]) + OPAQUE))
-    half_space_opaque(words, np.zeros(COUNTERS, np.int64), screen_of(xy, depth), 0, vertices.shape[0], sampling)
+        word = np.int64(colors[m, 0]) + (np.int64(colors[m, 1]) << 8) + (np.int64(colors[m, 2]) << 16)
+        values[n] = np.int32(word - OPAQUE)
+    flat_words(words, vertices, values, np.empty((2, words.shape[0]), np.int64), 0, 0, count, sampling)
     return True
 
 
 @kernel
 def paint_shaded_kernel(words: Int32Array, vertices: Float64Array, colors: UInt8Array, sampling: Sampling, most: int) -> bool:
     """Paint triangles with opaque colours at their corners; as above, with colors (N, 3, 3) or (N, 3, 4)."""
-    is_good, xy = snap_few(vertices, sampling.subpixel_bits)
-    if not is_good or sampling.rule == OFFSCREEN_POINT or area_of(xy, sampling) > most:
+    count = vertices.shape[0]
+    can_take, is_exact = are_few(vertices, sampling, most)
+    if not (can_take and is_exact):
         return False
-    for n in range(colors.shape[0] if colors.shape[2] == 4 else 0):
+    for n in range(count if colors.shape[2] == 4 else 0):
         for k in range(3):
             if colors[n, k, 3] != 255:
                 return False
-
-    # Write which triangle a pixel shows, in the box of all of them, and colour that.
-    x_start, x_end, y_start, y_end = box_of(xy, np.int64(0), xy.shape[0], sampling)
-    if x_start >= x_end or y_start >= y_end:
-        return True
-    if (x_end - x_start) * (y_end - y_start) > most:
-        return False
-    depth, s = np.empty(xy.shape[0]), sampling.subpixel_bits
-    for k in range(xy.shape[0]):
-        xy[k, 0] -= x_start << s
-        xy[k, 1] -= y_start << s
-        depth[k] = np.float64(k // 3 + 1)
-    width, height = int(x_end - x_start), int(y_end - y_start)
-    within = Sampling(
-        0, width, 0, height, s, sampling.sample_x, sampling.sample_y, sampling.cull, sampling.rule,
-        sampling.rule_x, sampling.rule_y, sampling.rule_w, sampling.coverage, sampling.order,
-    )  # fmt: skip
-    numbers = np.zeros((height, width), np.int32)
-    half_space_opaque(numbers, np.zeros(COUNTERS, np.int64), screen_of(xy, depth), 0, vertices.shape[0], within)
-    color_numbers(words, numbers, int(x_start), int(y_start), 0, height, xy, colors, within)
+    shaded_words(words, vertices, colors, np.empty((2, words.shape[0]), np.int64), 0, 0, count, sampling)
     return True
 
 

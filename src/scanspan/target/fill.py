@@ -23,6 +23,7 @@ from scanspan.raster.seeds import OUTLINE, drawn_runs, fill_regions
 from scanspan.raster.segment import DIAMOND_EXIT, RUN_LENGTH
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling
 from scanspan.target.paint import PAINTERS, PARITY, SCANLINE, SEGMENTS
+from scanspan.target.triangles import paint_flat
 
 Fill = Callable[[str, Array, Int64Array, Int32Array, int, float, Sampling, int], None]
 
@@ -65,7 +66,13 @@ def fill_triangles(
     kind: str, target: Array, xy: Int64Array, starts: Int32Array, rule: int, value: float, sampling: Sampling, threads: int
 ) -> None:
     """Paint a polygon by triangles."""
-    run_kernel(PAINTERS["half-space"][kind], target, flat_triangles(xy, starts, rule, value), sampling, threads)
+    cut = flat_triangles(xy, starts, rule, value)
+    if kind == "opaque":
+        corners = cut.xy[cut.corners] / float(1 << sampling.subpixel_bits)
+        word = np.array([int(value)], np.int64).astype(np.int32)
+        paint_flat(target, corners, np.repeat(word, len(corners)), sampling, threads)
+    else:
+        run_kernel(PAINTERS["half-space"][kind], target, cut, sampling, threads)
 
 
 def fill_flood(

@@ -19,24 +19,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import Event
+from typing import Any
 
 import numpy as np
 
+from scanspan.geometry.fixed_point import halves_float, product_halves, to_grid
+from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, kernel
 from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_bands, run_kernel
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge_walk import edge_walk
+from scanspan.raster.flat import scan_flat
 from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.micropolygon import micropolygon
-from scanspan.raster.setup import keep_sample
+from scanspan.raster.setup import NEAR, keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
-from scanspan.records import Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
-from scanspan.shade.interpolate import edge_value
+from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import ONE, blend_over
 from scanspan.target.paint import PAINTERS
+from scanspan.target.triangles import fill_rows, lie_deep, measure_boxes, run_flat, share_rows
 
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
 LIST_BYTES = 1 << 21  # of the lists of one band; they stay in the cache
+BAND_BYTES = 1 << 20  # of the numbers of one band
+SURE = float(1 << 21)  # sub-pixels along a side, below which sums of edge values times 8-bit colours are exact in float64
+SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are coloured where they are drawn
+SHADE_LANES = np.int64(8)  # channels are worked out in float64, and a vector has 64 bytes
+OPAQUE = np.int64(1 << 24)  # less this, a word of three channels has an alpha of 255
 MARGIN = 2.0**-41  # above the error of a channel, below the distance of a value from a tie that it does not meet
 
 
@@ -90,17 +99,28 @@ LISTERS: dict[str, Callable[..., None]] = {
 
 
 @bare_helper
+def exact_value(a: Integer, b: Integer, dx: Integer, dy: Integer, is_near: bool | np.bool_) -> float:
+    """Return a dx + b dy, rounded once to float64 where it does not fit. Needs: is_near is true only if it fits an int64."""
+    if is_near:
+        return np.float64(a * dx + b * dy)
+    high, low = product_halves(a, b, dx, dy)
+    return halves_float(high, low)
+
+
+@bare_helper
 def start_planes(
-    xy: Int64Array, n: Integer, i: Integer, j: Integer, sampling: Sampling
-) -> tuple[float, float, float, float, float]:
+    p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer, i: Integer, j: Integer,
+    sampling: Sampling,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Return two edge values of a triangle at a pixel's sample, how they step to the next pixel, and the inverse of 2A."""
-    s, p, q, r = sampling.subpixel_bits, 3 * n, 3 * n + 1, 3 * n + 2
+    s = sampling.subpixel_bits
     x, y = (i << s) + sampling.sample_x, (j << s) + sampling.sample_y
-    e1 = edge_value(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y)
-    e2 = edge_value(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y)
-    area = edge_value(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1])
-    step1, step2 = np.float64((xy[r, 1] - xy[p, 1]) << s), np.float64((xy[p, 1] - xy[q, 1]) << s)
-    return e1, e2, step1, step2, 1.0 / area
+    a1, b1, a2, b2 = r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
+    dx, dy = x - p_x, y - p_y
+    is_near = max(dx, -dx, dy, -dy, a1, -a1, b1, -b1, a2, -a2, b2, -b2) < NEAR
+    e1, e2 = exact_value(a1, b1, dx, dy, is_near), exact_value(a2, b2, dx, dy, is_near)
+    area = exact_value(a2, b2, r_x - p_x, r_y - p_y, is_near)
+    return e1, e2, np.float64(a1 << s), np.float64(a2 << s), 1.0 / area
 
 
 @bare_helper
@@ -120,18 +140,79 @@ def channel_code(start: float, step: float, base: float, part: float, inverse: f
     return np.int64(min(max(base + np.floor((start + np.float64(i) * step) * inverse + part), 0.0), 255.0))
 
 
+@bare_helper
+def start_shade(
+    colors: Array,
+    n: int,
+    e1: Integer,
+    e2: Integer,
+    a1: Integer,
+    a2: Integer,
+    b1: Integer,
+    b2: Integer,
+    area: Integer,
+    subpixel_bits: int,
+) -> Any:
+    """Return the planes of the three channels over a box, from the edges that scan_flat has at its first sample."""
+    start1, start2, right1, right2 = (
+        np.float64(e1),
+        np.float64(e2),
+        np.float64(a1 << subpixel_bits),
+        np.float64(a2 << subpixel_bits),
+    )
+    down1, down2 = np.float64(b1 << subpixel_bits), np.float64(b2 << subpixel_bits)
+    red, red_right, red_base, red_part = channel_plane(colors, n, 0, start1, start2, right1, right2)
+    green, green_right, green_base, green_part = channel_plane(colors, n, 1, start1, start2, right1, right2)
+    blue, blue_right, blue_base, blue_part = channel_plane(colors, n, 2, start1, start2, right1, right2)
+    red_down = channel_plane(colors, n, 0, down1, down2, 0.0, 0.0)[0]
+    green_down = channel_plane(colors, n, 1, down1, down2, 0.0, 0.0)[0]
+    blue_down = channel_plane(colors, n, 2, down1, down2, 0.0, 0.0)[0]
+    return (
+        1.0 / np.float64(area), red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base,
+        green_part, blue, blue_right, blue_down, blue_base, blue_part,
+    )  # fmt: skip
+
+
+@bare_helper
+def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j: Integer) -> None:
+    """Colour one pixel of a box, (i, j) from its first; a masked store, as of flat colours."""
+    (
+        inverse, red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base, green_part, blue,
+        blue_right, blue_down, blue_base, blue_part,
+    ) = shade  # fmt: skip
+    y = np.float64(j)
+    word = (
+        channel_code(red + y * red_down, red_right, red_base, red_part, inverse, i)
+        + (channel_code(green + y * green_down, green_right, green_base, green_part, inverse, i) << 8)
+        + (channel_code(blue + y * blue_down, blue_right, blue_base, blue_part, inverse, i) << 16)
+    )
+    if inside:
+        row[q] = np.int32(word - OPAQUE)
+
+
+@bare_kernel
+def shaded_words(
+    target: Int32Array, vertices: Float64Array, colors: UInt8Array, ends: Int64Array, top: int, first: int, last: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Half-space into (H, W) words of 32 bits, shaded between the corners. Needs: sums of edge values times colours fit."""
+    scan_flat(start_shade, write_shade, SHADE_LANES, target, vertices, colors, ends, top, first, last, sampling)
+
+
 @bare_kernel
 def color_numbers(
-    words: Int32Array, numbers: Int32Array, x_start: int, y_start: int, rows: int, row_end: int, xy: Int64Array, colors: Array,
-    sampling: Sampling,
+    words: Int32Array, numbers: Int32Array, x_start: int, y_start: int, rows: int, row_end: int, vertices: Float64Array,
+    colors: Array, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Colour some rows of pixels by the triangles that they show.
 
-    Shapes  words: (H, W), written where numbers is not 0; numbers: (h, w), one more than a triangle's number, of the pixels
-            from (x_start, y_start) on; xy: (3 N, 2) corners, from there too; colors: (N, 3, 3) or (N, 3, 4).
+    Shapes  words: (H, W), contiguous, written where numbers is not 0; numbers: (h, w), one more than a triangle's number, of
+            the pixels from (x_start, y_start) on; vertices: (N, 3, 2) in pixels; colors: (N, 3, 3) or (N, 3, 4).
     Units   rows to row_end: rows of numbers.
+    Cost    a run is coloured in whole vectors: most are shorter than one.
     """
-    width = numbers.shape[1]
+    width, scale = numbers.shape[1], np.float64(np.int64(1) << sampling.subpixel_bits)
+    flat, across = words.reshape(words.shape[0] * words.shape[1]), np.int64(words.shape[1])
     for j in range(rows, row_end):
         i = np.int64(0)
         while i < width:
@@ -145,19 +226,25 @@ def color_numbers(
                 end += 1
 
             # Colour it.
-            n = np.int64(number) - 1
-            e1, e2, step1, step2, inverse = start_planes(xy, n, i, np.int64(j), sampling)
+            n, length = np.int64(number) - 1, end - i
+            e1, e2, step1, step2, inverse = start_planes(
+                to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
+                to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale),
+                x_start + i, y_start + np.int64(j), sampling,
+            )  # fmt: skip
             red, red_step, red_base, red_part = channel_plane(colors, n, 0, e1, e2, step1, step2)
             green, green_step, green_base, green_part = channel_plane(colors, n, 1, e1, e2, step1, step2)
             blue, blue_step, blue_base, blue_part = channel_plane(colors, n, 2, e1, e2, step1, step2)
-            row = words[y_start + j, x_start + i : x_start + end]
-            for k in range(row.shape[0]):
-                row[k] = np.int32(
+            start, padded = (y_start + j) * across + x_start + i, (length + (SHADE_LANES - 1)) & -SHADE_LANES
+            row = flat[start : start + padded]
+            for k in range(padded):
+                word = (
                     channel_code(red, red_step, red_base, red_part, inverse, k)
                     + (channel_code(green, green_step, green_base, green_part, inverse, k) << 8)
                     + (channel_code(blue, blue_step, blue_base, blue_part, inverse, k) << 16)
-                    - (np.int64(1) << 24)
                 )
+                if k < length:
+                    row[k] = np.int32(word - OPAQUE)
             i = end
 
 
@@ -175,7 +262,10 @@ def lay_lists(
         for i in range(lists.shape[1]):
             for m in range(lists[j, i, 0]):
                 n = np.int64(lists[j, i, m + 1])
-                e1, e2, step1, step2, inverse = start_planes(xy, n, np.int64(i), np.int64(j), sampling)
+                p, q, r = 3 * n, 3 * n + 1, 3 * n + 2
+                e1, e2, step1, step2, inverse = start_planes(
+                    xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], np.int64(i), np.int64(j), sampling
+                )
                 color = np.int64(255) << 24 if channels == 3 else np.int64(0)
                 for k in range(channels):
                     start, step, base, part = channel_plane(colors, n, k, e1, e2, step1, step2)
@@ -210,42 +300,69 @@ def move(sampling: Sampling, x: int, y: int) -> Sampling:
     return sampling._replace(rule_x=sampling.rule_x - (x << s) * w, rule_y=sampling.rule_y - (y << s) * w)
 
 
+def paint_numbers(
+    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, threads: int
+) -> None:
+    """Paint opaque triangles by number, then colour what is seen of them; the parameters are those of paint_opaque."""
+    found = crop(screen_triangles(vertices, sampling.subpixel_bits), sampling)
+    if found is None:
+        return
+    screen, within, x_start, y_start = found
+    numbers, words = np.zeros((within.y_end, within.x_end), np.int32), pixels.view(np.int32)[..., 0]
+    screen = screen._replace(depth=np.repeat(np.arange(1.0, len(colors) + 1.0), 3))
+    passes = count_passes(screen, within, numbers.nbytes)
+    run_kernel(PAINTERS[algorithm]["opaque"], numbers, screen, within, threads, passes)
+
+    def color_band(row: int, row_end: int, stop: Event) -> None:
+        """Colour the rows of one band."""
+        color_numbers(words, numbers, x_start, y_start, row, row_end, vertices, colors, sampling)
+
+    run_bands(color_band, within.y_end, 1 if numbers.size < SMALL_IMAGE else threads)
+
+
 def paint_opaque(
-    pixels: UInt8Array, screen: ScreenTriangles, colors: Array, algorithm: str, sampling: Sampling, threads: int
+    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, threads: int
 ) -> None:
     """Paint opaque triangles with colours at their corners over pixels, in order.
+
+    Half-space has two ways. Small triangles are coloured where they are drawn: to find out what is seen of them costs more than
+    to colour all. Others are drawn by number, a band of rows at a time, which stays in the cache until it is coloured.
 
     Parameters
     ----------
     pixels : (H, W, 4).
-    screen : from screen_triangles, N of them.
+    vertices : (N, 3, 2) corners in pixels, checked.
     colors : (N, 3, 3) or (N, 3, 4), uint8, or float64 0..255.
     algorithm : a name of PAINTERS.
     sampling : of the whole image.
     threads : how many share the rows.
     """
-    found = crop(screen, sampling)
-    if found is None:
+    if algorithm != "half-space":
+        paint_numbers(pixels, vertices, colors, algorithm, sampling, threads)
         return
-    screen, sampling, x_start, y_start = found
-    numbers, words = np.zeros((sampling.y_end, sampling.x_end), np.int32), pixels.view(np.int32)[..., 0]
-    screen = screen._replace(depth=np.repeat(np.arange(1.0, len(colors) + 1.0), 3))
-    passes = count_passes(screen, sampling, numbers.nbytes)
-    run_kernel(PAINTERS[algorithm]["opaque"], numbers, screen, sampling, threads, passes)
+    words, count = pixels.view(np.int32)[..., 0], len(vertices)
+    longest, total = measure_boxes(vertices, np.inf, np.inf)
+    if colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE and total <= SMALL_BOX * count:
+        run_flat(shaded_words, words, vertices, colors, sampling, threads)
+        return
+    following, is_deep = np.arange(1, count + 1, dtype=np.int32), lie_deep(vertices, words.shape)
 
-    def color_band(row: int, row_end: int, stop: Event) -> None:
-        """Colour the rows of one band."""
-        color_numbers(words, numbers, x_start, y_start, row, row_end, screen.xy, colors, sampling)
+    def paint_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Paint the rows of one band."""
+        numbers = np.zeros((y_end - y_start, words.shape[1]), np.int32)
+        fill_rows(numbers, vertices, following, sampling._replace(y_start=y_start, y_end=y_end), is_deep, stop)
+        if not stop.is_set():
+            color_numbers(words, numbers, 0, y_start, 0, len(numbers), vertices, colors, sampling)
 
-    run_bands(color_band, sampling.y_end, 1 if numbers.size < SMALL_IMAGE else threads)
+    share_rows(paint_band, words.shape, vertices, threads, -(-words.nbytes // BAND_BYTES))
 
 
 def paint_translucent(
-    pixels: UInt8Array, screen: ScreenTriangles, colors: Array, algorithm: str, sampling: Sampling, is_linear: bool,
+    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, is_linear: bool,
     threads: int,
 ) -> None:  # fmt: skip
     """Paint triangles with colours at their corners that let through, in order; the parameters are those of paint_opaque."""
-    found = crop(screen, sampling)
+    found = crop(screen_triangles(vertices, sampling.subpixel_bits), sampling)
     if found is None:
         return
     screen, sampling, x_start, y_start = found
@@ -272,11 +389,11 @@ def paint_translucent(
 
 
 def paint_gouraud(
-    pixels: UInt8Array, screen: ScreenTriangles, colors: Array, algorithm: str, sampling: Sampling, is_opaque: bool,
+    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, is_opaque: bool,
     is_linear: bool, threads: int,
 ) -> None:  # fmt: skip
     """Paint triangles with colours at their corners over pixels, in order; the parameters are those of paint_opaque."""
     if is_opaque:
-        paint_opaque(pixels, screen, colors, algorithm, sampling, threads)
+        paint_opaque(pixels, vertices, colors, algorithm, sampling, threads)
     else:
-        paint_translucent(pixels, screen, colors, algorithm, sampling, is_linear, threads)
+        paint_translucent(pixels, vertices, colors, algorithm, sampling, is_linear, threads)

@@ -25,14 +25,6 @@ from scanspan.target.blend import blend_over, write_sample_linear, write_sample_
 
 
 @kernel
-def half_space_opaque(
-    target: Int32Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
-) -> None:
-    """Half-space into (H, W) pixels of 32 bits."""
-    half_space(visit_rows, write_sample_paint, keep_flat, target, counters, triangles, first, last, sampling)
-
-
-@kernel
 def half_space_linear(
     target: UInt8Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
 ) -> None:
@@ -263,8 +255,9 @@ def segments_in_all_rows(
 
 
 # By algorithm and by what is done to a pixel: replaced, or blended in linear light or in sRGB values.
+# What half-space replaces is painted by triangles.py.
 PAINTERS: dict[str, dict[str, Callable[..., None]]] = {
-    "half-space": {"opaque": half_space_opaque, "linear": half_space_linear, "srgb": half_space_srgb},
+    "half-space": {"linear": half_space_linear, "srgb": half_space_srgb},
     "edge-walk": {"opaque": edge_walk_opaque, "linear": edge_walk_linear, "srgb": edge_walk_srgb},
     "warnock": {"opaque": warnock_opaque, "linear": warnock_linear, "srgb": warnock_srgb},
     "micropolygon": {"opaque": micropolygon_opaque, "linear": micropolygon_linear, "srgb": micropolygon_srgb},
