@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.raster import edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
+from scanspan.raster import blocks, edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
 from scanspan.raster import order as orders
 from scanspan.raster.counters import COUNTERS
+from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
 from scanspan.records import Array, Int64Array, Sampling, ScreenTriangles
 
@@ -88,6 +89,9 @@ PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
 }
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
+MANY = 64  # triangles, from which on keys are written for blocks of them
+CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
+NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
 SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it saves
@@ -125,8 +129,31 @@ def run(
     threads : how many threads share the rows.
     """
     kernel = choose_kernel(algorithm, order, kind, sampling)
+    ordered = sampling._replace(order=list(ORDERS).index(order))
+    if kernel is half_space.half_space_keys and len(triangles.corners) >= MANY and sampling.rule != OFFSCREEN_POINT:
+        return run_blocks(target, triangles, ordered, threads)
     passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
-    return run_kernel(kernel, target, triangles, sampling._replace(order=list(ORDERS).index(order)), threads, passes)
+    return run_kernel(kernel, target, triangles, ordered, threads, passes)
+
+
+def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
+    """Scan-convert many triangles into keys with the kernel for blocks of them, in an order that stays near."""
+    near = NATURAL
+    if count_passes(triangles, sampling, target.nbytes) > 1:
+        across, down = (sampling.x_end >> CELL_BITS) + 1, (sampling.y_end >> CELL_BITS) + 1
+        count = len(triangles.corners)
+        near, cells, starts = np.empty(count, np.int32), np.empty(count, np.int32), np.zeros(across * down + 1, np.int64)
+        blocks.sort_triangles(
+            triangles.xy, triangles.corners, sampling.subpixel_bits, CELL_BITS, starts, np.int64(across), cells, near
+        )
+
+    def scan(
+        keys: Array, counters: Int64Array, drawn: ScreenTriangles, first: int, last: int, within: Sampling
+    ) -> None:  # fmt: skip
+        """Scan some triangles of the order."""
+        blocks.block_keys(keys, counters, drawn, near, first, last, within)
+
+    return run_kernel(scan, target, triangles, sampling, threads)
 
 
 def run_kernel(
