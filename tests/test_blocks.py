@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +18,7 @@ from scanspan.raster.half_space import half_space_keys
 from scanspan.raster.options import make_sampling
 from scanspan.raster.write import EMPTY_KEY
 from scanspan.samples import sample_offsets
+from scanspan.target.visibility import unpack_kernel
 
 RULES = ("top-left", "bottom-left", "inclusive", "exclusive")
 
@@ -67,7 +71,7 @@ def test_narrow_and_wide_images(rng, size):
         assert np.array_equal(found, expected)
 
 
-def test_what_is_hidden_is_left_out_and_nothing_else(rng, monkeypatch):
+def test_what_is_hidden_is_left_out_and_nothing_else(rng):
     """Many layers: planes that cross each other, are level, or are hidden altogether."""
     size = (200, 120)
     for depth in (rng.random(900), np.repeat(rng.random(300), 3), np.repeat(np.linspace(0, 1, 300), 3), np.zeros(900)):
@@ -75,15 +79,28 @@ def test_what_is_hidden_is_left_out_and_nothing_else(rng, monkeypatch):
         found, expected = both(triangles, sampling_for(size), size)
         assert np.array_equal(found, expected)
 
-    # It must be able to fail: with depths that count as nearer than they are hidden, samples are lost.
-    monkeypatch.setattr(layers, "MARGIN", -0.25)
-    lost = np.full((size[1], size[0]), EMPTY_KEY)
-    lows = np.full((size[1] // 8 + 1, size[0] // 32 + 1), EMPTY_KEY)
+
+def test_a_block_remembers_the_least_of_its_keys():
+    """A level triangle fills it; then one that is further away leaves all as it is, and one that is nearer hides it."""
+    size = (64, 16)
+    target, lows = np.full((16, 64), EMPTY_KEY), np.full((3, 3), EMPTY_KEY)
     equation = np.array([0.0, 0, 0, 1, 1, 1, 1, 1, 1, 0.5, 0, 0])
-    draw = getattr(layers.draw_layer, "py_func", layers.draw_layer)
-    for k in (0, 1):
-        draw(lost, lows, equation + np.eye(12)[9] * 0.01 * k, 0, 0, 100, 16, k, 0, size[1])
-    assert (lows[0, :3] > EMPTY_KEY).all()
+    for n, (depth, seen) in enumerate([(0.5, 0), (0.25, 0), (0.5, 0), (0.75, 3)]):
+        equation[9] = depth
+        layers.draw_layer(target, lows, equation, np.int64(0), np.int64(0), np.int64(64), np.int64(16), np.int64(n),
+                          np.int64(0), np.int64(16))  # fmt: skip
+        slot, depths = np.empty(size[::-1], np.int32), np.empty(size[::-1], np.float32)
+        unpack_kernel(target, slot, depths)
+        assert (slot == seen).all()
+        assert (lows[:2, :2] == target.min()).all()
+
+    # It must be able to fail: a least key that is too large hides what is in front.
+    lows[:] = layers.LARGEST_KEY
+    equation[9] = 0.875
+    layers.draw_layer(target, lows, equation, np.int64(0), np.int64(0), np.int64(64), np.int64(16), np.int64(4),
+                      np.int64(0), np.int64(16))  # fmt: skip
+    unpack_kernel(target, slot, depths)
+    assert (slot == 3).all()
 
 
 @pytest.mark.parametrize("bits", [4, 8, 12, 16])
@@ -125,14 +142,38 @@ def test_triangles_are_sorted_by_cell_and_number(rng):
     assert np.array_equal(order, np.argsort(cells, kind="stable"))
 
 
-@pytest.mark.parametrize("extent", [2, 12, 150])
-def test_plain_python_writes_the_same_keys(rng, extent):
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_that_share_triangles_write_the_same_keys(rng, monkeypatch, threads):
+    size = (150, 90)
+    triangles = soup(rng, 700, size, 30, on_grid=True)
+    _, expected = both(triangles, sampling_for(size), size)
+    monkeypatch.setattr(algorithms, "SHARED", 100)
+    for room in (1 << 28, 150 * 90 * 8, 0):
+        monkeypatch.setattr(algorithms, "LAYER_BYTES", room)
+        found = np.full((90, 150), EMPTY_KEY)
+        algorithms.run("half-space", "rows", "keys", found, triangles, sampling_for(size), threads)
+        assert np.array_equal(found, expected)
+
+
+PLAIN = """
+import hashlib, numpy as np, scanspan as ss
+rng, digest = np.random.default_rng(3), hashlib.sha256()
+for reach, size in ((0.05, (64, 40)), (0.3, (40, 12)), (3, (90, 10))):
+    clip = np.ones((210, 4))
+    clip[:, :3] = np.repeat(rng.uniform(-1, 1, (70, 3)), 3, axis=0) + rng.uniform(-reach, reach, (210, 3)) * (1, 1, 0.1)
+    seen = ss.rasterize(clip, np.arange(210).reshape(-1, 3), size, rule="bottom-left", cull="back")
+    for part in (seen.primitive, seen.depth, ss.interpolate(seen, clip), ss.interpolate(seen, clip.astype(np.float32))):
+        digest.update(part.tobytes())
+print((seen.primitive >= 0).sum() > 50, digest.hexdigest())
+"""
+
+
+def test_plain_python_gives_the_same_bits():
     """The kernels run as plain Python as well, where no number wraps round unseen."""
-    size = (90, 20)
-    triangles = soup(rng, 70, size, extent)
-    sampling = sampling_for(size, rule="bottom-left", cull="back")
-    found, expected = np.full((20, 90), EMPTY_KEY), np.full((20, 90), EMPTY_KEY)
-    counters = np.zeros(COUNTERS, np.int64)
-    half_space_keys(expected, counters, triangles, 0, 70, sampling)
-    blocks.block_keys.py_func(found, counters, triangles, algorithms.NATURAL, 0, 70, sampling)
-    assert np.array_equal(found, expected)
+    printed = [
+        subprocess.run([sys.executable, "-W", "error", "-c", PLAIN], env={**os.environ, **more}, capture_output=True, text=True)
+        for more in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]
+    assert [run.stderr for run in printed] == ["", ""]
+    assert printed[0].stdout == printed[1].stdout
+    assert printed[0].stdout.startswith("True")
