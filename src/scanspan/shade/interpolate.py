@@ -78,17 +78,20 @@ def interpolate_rows(
         for start in range(0, covered, LANES):
             count = min(covered - start, LANES)
             weigh_row(slots, j, places, start, count, screen, x, y, s, lanes)
-            for k in range(count):
-                i = places[start + k]
-                n = numbers[j, i]
-                if n < 0:
-                    continue
-                p, q, r = np.uint32(triangles[n, 0]), np.uint32(triangles[n, 1]), np.uint32(triangles[n, 2])
-                for c in range(values.shape[1]):
-                    out[j, i, c] = blend(
-                        np.float64(values[p, c]), np.float64(values[q, c]), np.float64(values[r, c]),
-                        lanes[LANES + k], lanes[2 * LANES + k],
-                    )  # fmt: skip
+
+            # Look up the corners of each run of one triangle, and go along it.
+            k = np.int64(0)
+            while k < count:
+                n, end = numbers[j, places[start + k]], k + 1
+                while end < count and numbers[j, places[start + end]] == n:
+                    end += 1
+                if n >= 0:
+                    p, q, r = np.uint32(triangles[n, 0]), np.uint32(triangles[n, 1]), np.uint32(triangles[n, 2])
+                    for c in range(values.shape[1]):
+                        u0, u1, u2 = np.float64(values[p, c]), np.float64(values[q, c]), np.float64(values[r, c])
+                        for i in range(k, end):
+                            out[j, places[start + i], c] = blend(u0, u1, u2, lanes[LANES + i], lanes[2 * LANES + i])
+                k = end
 
 
 @kernel
