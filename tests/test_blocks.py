@@ -147,6 +147,7 @@ def test_threads_that_share_triangles_write_the_same_keys(rng, monkeypatch, thre
     size = (150, 90)
     triangles = soup(rng, 700, size, 30, on_grid=True)
     _, expected = both(triangles, sampling_for(size), size)
+    monkeypatch.setattr(algorithms, "MANY", 100)
     monkeypatch.setattr(algorithms, "SHARED", 100)
     for room in (1 << 28, 150 * 90 * 8, 0):
         monkeypatch.setattr(algorithms, "LAYER_BYTES", room)
@@ -157,6 +158,8 @@ def test_threads_that_share_triangles_write_the_same_keys(rng, monkeypatch, thre
 
 PLAIN = """
 import hashlib, numpy as np, scanspan as ss
+from scanspan.raster import algorithms
+algorithms.MANY = 64
 rng, digest = np.random.default_rng(3), hashlib.sha256()
 for reach, size in ((0.05, (64, 40)), (0.3, (40, 12)), (3, (90, 10))):
     clip = np.ones((210, 4))

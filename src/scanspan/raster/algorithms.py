@@ -91,7 +91,7 @@ PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
 }
 
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
-MANY = 64  # triangles, from which on keys are written for blocks of them
+MANY = 1 << 10  # triangles, from which on keys are written for blocks of them; fewer are not worth compiling that for
 CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
 NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
