@@ -119,7 +119,7 @@ def mesa_entry(scene: Scene) -> Entry:
     """Return OpenGL on llvmpipe, through moderngl."""
     if isinstance(scene, MeshScene):
         return _mesa_mesh_entry(scene)
-    depths = getattr(scene, "depths", None)
+    depths = scene.depths
     mesa = _Mesa(scene.size, depths is not None)
     flat = "flat" if scene.kind == "flat" else ""
     program = mesa.context.program(vertex_shader=VERTEX_SHADER % flat, fragment_shader=FRAGMENT_SHADER % flat)
@@ -196,7 +196,7 @@ def panda_entry(scene: Scene) -> Entry:
     engine, buffer, texture = _panda_window(core, scene.size)
     width, height = scene.size
     root = core.NodePath("root")
-    has_depth = isinstance(scene, MeshScene) or getattr(scene, "depths", None) is not None
+    has_depth = isinstance(scene, MeshScene) or scene.depths is not None
     model = root.attach_new_node("model")
     model.set_two_sided(True)
     model.set_depth_test(has_depth)
@@ -251,7 +251,7 @@ def _panda_triangles(core: Any, scene: FlatScene) -> Any:
     """Return triangles in front of the camera, as far away as they are deep."""
     vertices = np.zeros(3 * scene.count, dtype=[("position", np.float32, 3), ("color", np.uint8, 4)])
     vertices["position"][:, :2] = scene.vertices.reshape(-1, 2) * (1, -1)
-    depths = getattr(scene, "depths", None)
+    depths = scene.depths
     vertices["position"][:, 2] = -1 if depths is None else -1 - depths.ravel()
     vertices["color"] = corner_colors(scene)
     return _panda_geometry(core, core.GeomVertexFormat.get_v3c4(), vertices, np.arange(3 * scene.count))
@@ -260,6 +260,8 @@ def _panda_triangles(core: Any, scene: FlatScene) -> Any:
 PLANE = ("flat", "shaded")
 PEERS = {
     "SDL RenderGeometry": Peer(sdl_entry, PLANE, "RGBA; whole pixels, pixels of shared edges left out or hit twice"),
-    "Mesa llvmpipe": Peer(mesa_entry, (*PLANE, "mesh"), "RGBA, and float32 depth for meshes; top-left, 8 sub-pixel bits"),
-    "Panda3D tinydisplay": Peer(panda_entry, (*PLANE, "mesh"), "RGB; whole pixels, depth cannot be read"),
+    "Mesa llvmpipe": Peer(
+        mesa_entry, (*PLANE, "deep", "mesh"), "RGBA, and float32 depth for those with depth; top-left, 8 sub-pixel bits"
+    ),
+    "Panda3D tinydisplay": Peer(panda_entry, (*PLANE, "deep", "mesh"), "RGB; whole pixels, depth cannot be read"),
 }

@@ -30,7 +30,7 @@ BLOCK = 1 << 22  # pixels or crossings at a time
 BAND = 64  # rows that are compared at a time
 
 # How far a value may be off, by the kind of a scene: of 255 for colours, of 1 for shares.
-TOLERANCES = {"shaded": 2.0, "smooth lines": 16.0, "smooth polygon": 8.0, "measure": 8.0}
+TOLERANCES = {"shaded": 2.0, "deep": 2.0, "smooth lines": 16.0, "smooth polygon": 8.0, "measure": 8.0}
 
 
 def _blocks(sizes: Integers) -> Iterator[slice]:
@@ -63,10 +63,10 @@ def _sub_pixels(points: NDArray[Any]) -> Integers:
     return np.rint(np.asarray(points, np.float64) * GRID).astype(np.int64)
 
 
-def owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
-    """Return the last triangle that holds each pixel, or -1."""
+def _covered(vertices: NDArray[Any], size: tuple[int, int]) -> Iterator[tuple[Integers, Integers]]:
+    """Give, some triangles at a time, the pixels that they hold and the triangles that hold them, in order."""
     (width, height), corners = size, _sub_pixels(vertices)
-    owner, box = np.full(width * height, -1, dtype=np.int64), np.ptp(corners, axis=1) // GRID + 1
+    box = np.ptp(corners, axis=1) // GRID + 1
     for part in _blocks(box.prod(axis=1)):
         chosen = corners[part]
         edge, row, column = _crossings(chosen.reshape(-1, 2), np.roll(chosen, -1, axis=1).reshape(-1, 2))
@@ -76,8 +76,36 @@ def owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
         triangle, row, column = (edge[order] // 3)[::2], row[order][::2], np.clip(column[order], 0, width).reshape(-1, 2)
         left = column.min(axis=1)
         span, step = _count_up(column.max(axis=1) - left)
-        owner[(row * width + left)[span] + step] = triangle[span] + part.start
-    return owner.reshape(height, width)
+        yield (row * width + left)[span] + step, triangle[span] + part.start
+
+
+def owners(vertices: NDArray[Any], size: tuple[int, int]) -> Integers:
+    """Return the last triangle that holds each pixel, or -1."""
+    owner = np.full(size[0] * size[1], -1, dtype=np.int64)
+    for pixel, triangle in _covered(vertices, size):
+        owner[pixel] = triangle
+    return owner.reshape(size[::-1])
+
+
+def nearest(vertices: NDArray[Any], depths: NDArray[Any], size: tuple[int, int]) -> Integers:
+    """Return the triangle that is nearest at each pixel, or -1; of those equally near in float32, the first."""
+    best, whole = np.full(size[0] * size[1], -1, dtype=np.int64), np.int64(1) << 32
+    for pixel, triangle in _covered(vertices, size):
+        centre = np.stack([pixel % size[0], pixel // size[0]], axis=1) + 0.5
+        weights = _shares(vertices[triangle].astype(np.float64), centre)
+        nearness = (1 - (weights * depths[triangle]).sum(axis=1)).astype(np.float32)
+        np.maximum.at(best, pixel, nearness.view(np.int32) * whole + (whole - 1 - triangle))
+    owner = np.where(best >= 0, whole - 1 - best % whole, -1)
+    return owner.reshape(size[::-1])
+
+
+def _shares(corners: NDArray[np.float64], centre: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the shares of three corners at a point: the areas of the triangles on the other side of it."""
+    sides = corners - centre[:, None]
+    after, last = np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1)
+    weights = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
+    shares: NDArray[np.float64] = weights / weights.sum(axis=1, keepdims=True)
+    return shares
 
 
 def ring_edges(points: NDArray[Any], starts: Integers) -> tuple[Integers, Integers]:
@@ -189,11 +217,7 @@ def _painted(scene: FlatScene, owner: Integers) -> NDArray[np.uint8]:
         picture[row, column] = scene.colors[number, :3]
         return picture
 
-    # Weigh the colours of the corners by the areas of the triangles on the other side of the centre.
-    sides = scene.vertices.astype(np.float64)[number] - (np.stack([column, row], axis=1)[:, None] + 0.5)
-    after, last = np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1)
-    weights = after[..., 0] * last[..., 1] - after[..., 1] * last[..., 0]
-    weights /= weights.sum(axis=1, keepdims=True)
+    weights = _shares(scene.vertices.astype(np.float64)[number], np.stack([column, row], axis=1) + 0.5)
     colors = (weights[..., None] * scene.colors[number, :, :3]).sum(axis=1)
     picture[row, column] = np.rint(colors).astype(np.uint8)
     return picture
@@ -222,7 +246,9 @@ def _burnt(scene: RingsScene) -> Integers:
 def answer(scene: Any) -> Answer:
     """Return what is right for a scene, for every form that an output may have; nothing for meshes."""
     if isinstance(scene, FlatScene):
-        return {"colors": [_painted(scene, owners(scene.vertices, scene.size))]}
+        deep = scene.depths
+        owner = owners(scene.vertices, scene.size) if deep is None else nearest(scene.vertices, deep, scene.size)
+        return {"colors": [_painted(scene, owner)]}
     if isinstance(scene, LineScene):
         if scene.kind == "smooth lines":
             return {"colors": [_smooth_lines(scene)]}

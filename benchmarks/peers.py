@@ -55,6 +55,44 @@ def rasterize_entry(scene: Scene) -> Entry:
     return Entry(convert_flat, draw_flat, first_colors, "colors")
 
 
+def interpolate_entry(scene: Scene) -> Entry:
+    """Return scanspan: `rasterize`, and `interpolate` for a colour at each corner or vertex; as OpenCV, RGB and depth."""
+    import scanspan
+
+    held: dict[str, NDArray[Any]] = {}
+    if isinstance(scene, MeshScene):
+        matrix = scene.matrix
+
+        def convert_mesh() -> None:
+            held["positions"] = np.column_stack([scene.positions, np.ones(scene.positions.shape[0])])
+            light = scene.positions - scene.positions.min(axis=0)
+            held["colors"] = np.ascontiguousarray(light / light.max(), dtype=np.float32)
+
+        def draw_mesh() -> Arrays:
+            seen = scanspan.rasterize(held["positions"] @ matrix.T, scene.triangles, scene.size, threads=1)
+            return scanspan.interpolate(seen, held["colors"]), seen.depth, seen.primitive
+
+        return Entry(convert_mesh, draw_mesh, lambda arrays: arrays[2] >= 0, "mask")
+
+    width, height = scene.size
+
+    def convert_deep() -> None:
+        assert scene.depths is not None
+        clip = np.ones((scene.count, 3, 4))
+        np.multiply(scene.vertices, (2.0 / width, -2.0 / height), out=clip[..., :2])
+        clip[..., :2] += (-1, 1)
+        clip[..., 2] = 2 * scene.depths - 1.0
+        held["clip"] = clip.reshape(-1, 4)
+        held["triangles"] = np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3)
+        held["colors"] = scene.colors.reshape(-1, 4)[:, :3].astype(np.float32)
+
+    def draw_deep() -> Arrays:
+        seen = scanspan.rasterize(held["clip"], held["triangles"], scene.size, threads=1)
+        return scanspan.interpolate(seen, held["colors"]), seen.depth, seen.primitive
+
+    return Entry(convert_deep, draw_deep, lambda arrays: np.rint(arrays[0]), "colors")
+
+
 def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Return vertices in camera space, indices and colours as OpenCV's rasterizer takes them."""
     if isinstance(scene, MeshScene):
@@ -64,10 +102,12 @@ def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[An
     # Place each triangle at a distance that falls with its number, before a camera of 90 degrees.
     width, height = scene.size
     distance = (2 - np.arange(scene.count, dtype=np.float32) / scene.count)[:, None]
+    if scene.depths is not None:
+        distance = 1 + scene.depths
     x = (scene.vertices[..., 0] - width / 2) / (height / 2) * distance
     y = (height / 2 - scene.vertices[..., 1]) / (height / 2) * distance
     vertices = np.stack([x, y, np.broadcast_to(-distance, x.shape)], axis=-1).reshape(-1, 3).astype(np.float32)
-    corners = scene.colors if scene.kind == "shaded" else np.repeat(scene.colors, 3, axis=0)
+    corners = scene.colors if scene.colors.ndim == 3 else np.repeat(scene.colors, 3, axis=0)
     colors = corners.reshape(-1, 4)[:, :3].astype(np.float32) / 255
     return vertices, np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3), colors
 
@@ -105,7 +145,8 @@ def opencv_rasterize_entry(scene: Scene, with_depth: bool = True) -> Entry:
     if isinstance(scene, MeshScene):
         mask = (lambda arrays: arrays[1] < far) if with_depth else (lambda arrays: arrays[0].any(axis=-1))
         return Entry(convert, draw, mask, "mask")
-    return Entry(convert, draw, lambda arrays: np.rint(arrays[0] * 255), "colors")
+    gives = "colors in perspective" if scene.kind == "deep" else "colors"
+    return Entry(convert, draw, lambda arrays: np.rint(arrays[0] * 255), gives)
 
 
 def opencv_color_entry(scene: Scene) -> Entry:
@@ -135,6 +176,7 @@ def opencv_convex_entry(scene: FlatScene) -> Entry:
 RETURNED: dict[str, tuple[tuple[Any, int], ...]] = {
     "flat": ((np.uint8, 4), (np.int32, 1), (np.float32, 1)),
     "shaded": ((np.uint8, 4),),
+    "deep": ((np.float32, 3), (np.float32, 1), (np.int32, 1)),
     "mesh": ((np.int32, 1), (np.float32, 1)),
     "lines": ((np.uint8, 4),),
     "smooth lines": ((np.uint8, 4),),
@@ -159,14 +201,19 @@ def fill_entry(scene: Any) -> Entry:
     return Entry(nothing, draw, first, "a constant")
 
 
-FLAT, SPACE = ("flat",), ("flat", "shaded", "mesh")
+FLAT, SPACE, DEEP = ("flat",), ("flat", "shaded", "mesh"), ("deep", "mesh")
 PEERS = {
     "scanspan rasterize": Peer(
         rasterize_entry,
         ("flat", "mesh"),
         "primitive, float32 depth (and RGBA for flat scenes); exact top-left, 8 sub-pixel bits",
     ),
-    "cv2.triangleRasterize": Peer(opencv_rasterize_entry, SPACE, "float32 RGB and depth; ties hit twice"),
+    "scanspan rasterize, interpolate": Peer(
+        interpolate_entry, DEEP, "float32 RGB and depth, and primitive; exact top-left, 8 sub-pixel bits"
+    ),
+    "cv2.triangleRasterize": Peer(
+        opencv_rasterize_entry, (*SPACE, "deep"), "float32 RGB and depth, always in perspective; ties hit twice"
+    ),
     "cv2.triangleRasterizeColor": Peer(opencv_color_entry, SPACE, "float32 RGB; ties hit twice"),
     "cv2.fillConvexPoly": Peer(
         opencv_convex_entry, FLAT, "RGBA; 8 sub-pixel bits, fills the outline too, so neighbours overlap"

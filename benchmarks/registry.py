@@ -22,8 +22,8 @@ START = "start"  # Not a scene, but whole processes.
 NAMES = [*scenes.NAMES, *plane_scenes.NAMES]
 # Names that stand for several scenes.
 GROUPS = {group: [name for name in NAMES if name.startswith(group)] for group in ("M", "PS", "PX", "TRI", "MP")}
-GROUPS["M"] = list(scenes.KNOTS)
-ALL = ["A", "B", "C", "D", "E", "F", "M", "T", "L", "LA", "PS", "PX", "Q2", "FF", "TRI", "MP", START]
+GROUPS["M"] = [*scenes.KNOTS, *scenes.MODELS]
+ALL = ["A", "B", "C", "D", "E", "F", "G", "H", "I", "M", "T", "L", "LA", "PS", "PX", "Q2", "FF", "TRI", "MP", START]
 
 
 def make_scene(name: str, scale: float) -> Any:

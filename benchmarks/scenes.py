@@ -1,9 +1,10 @@
 """The scenes of triangles: flat and shaded ones of three sizes, a mesh of two sizes, and one; plane_scenes has the others.
 
 A has a million triangles of 8 px, B a hundred thousand of 200 px, C two thousand of 50,000 px, all inside the image and painted
-in order, the later over the earlier. D, E and F are the same with a colour at each corner. M is a torus knot in perspective
-with depth. T is one triangle in a small image, where the overhead of a call shows. Everything is made from fixed seeds;
-`scale` changes the number of triangles and little else.
+in order, the later over the earlier. D, E and F are the same with a colour at each corner, and G, H and I have a random depth
+there as well, in any order. M are meshes in perspective with depth: a torus knot, and a model whose triangles are cut into
+n x n with waves laid over them. T is one triangle in a small image, where the overhead of a call shows. Everything is made from
+fixed seeds; `scale` changes the number of triangles and little else.
 
 Corners of flat triangles lie on a grid of 1/256 px, so that all with 8 sub-pixel bits or more are asked the same question.
 """
@@ -11,6 +12,8 @@ Corners of flat triangles lie on a grid of 1/256 px, so that all with 8 sub-pixe
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,9 +25,13 @@ Floats = NDArray[np.float64]
 FLAT = {"A": (1_000_000, 8.0, 1), "B": (100_000, 200.0, 2), "C": (2_000, 50_000.0, 3)}
 # Name: steps along the knot and around the tube; two triangles each.
 KNOTS = {"M100k": (500, 100), "M1M": (2000, 250)}
-# Shaded scenes, and the flat ones whose triangles they have.
+# Into how many parts each edge of the model is cut.
+MODELS = {"M211k": 6, "M843k": 12}
+# Shaded scenes, those with depth, and the flat ones whose triangles they have.
 SHADED = {"D": "A", "E": "B", "F": "C"}
-NAMES = [*FLAT, *SHADED, *KNOTS, "T"]
+DEEP = {"G": "A", "H": "B", "I": "C"}
+NAMES = [*FLAT, *SHADED, *DEEP, *KNOTS, *MODELS, "T"]
+MODEL = Path(__file__).resolve().parent.parent / "examples" / "models" / "spot.obj"
 GRID = 256  # sub-pixels in a pixel
 
 MEAN_SHARE = 0.4775  # Mean area of a triangle with random corners on a circle, as a share of the radius squared: 3 / (2 pi).
@@ -39,10 +46,13 @@ class FlatScene:
     vertices: NDArray[np.float32]  # (N, 3, 2) pixels, y down, centres at + 1/2
     colors: NDArray[np.uint8]  # straight RGBA; (N, 4), or (N, 3, 4) with a colour for each corner
     unit: str = "triangles"
+    depths: NDArray[np.float32] | None = None  # (N, 3), 0 near to 1 far; what is nearer is seen, instead of what is later
 
     @property
     def kind(self) -> str:
         """What is asked of a peer."""
+        if self.depths is not None:
+            return "deep"
         return "flat" if self.colors.ndim == 2 else "shaded"
 
     @property
@@ -132,6 +142,15 @@ def shaded_scene(name: str, scale: float = 1.0) -> FlatScene:
     return FlatScene(name, scene.size, scene.vertices, colors)
 
 
+def deep_scene(name: str, scale: float = 1.0) -> FlatScene:
+    """Return the triangles of a flat scene with a colour and a depth at each corner."""
+    rng, scene = np.random.default_rng(FLAT[DEEP[name]][2] + 6), flat_scene(DEEP[name], scale)
+    colors = rng.integers(0, 256, (scene.count, 3, 4), dtype=np.uint8)
+    colors[..., 3] = 255
+    depths = rng.random((scene.count, 3)).astype(np.float32)
+    return FlatScene(name, scene.size, scene.vertices, colors, depths=depths)
+
+
 def one_triangle() -> FlatScene:
     """Return one triangle in a picture of 256 x 256."""
     vertices = np.array([[[20.25, 30.5], [230.75, 60.25], [90.5, 220.75]]], dtype=np.float32)
@@ -185,8 +204,53 @@ def mesh_scene(name: str, scale: float = 1.0) -> MeshScene:
     return MeshScene(name, (1920, 1080), positions, triangles, view, float(np.radians(45)), 0.5, 6.0)
 
 
+def read_model() -> tuple[Floats, NDArray[np.int64]]:
+    """Return the vertices (V, 3) and triangles (T, 3) of the model; faces of four corners are cut along a diagonal."""
+    rows = [line.split() for line in MODEL.read_text(encoding="utf-8").splitlines()]
+    positions = np.array([row[1:4] for row in rows if row and row[0] == "v"], dtype=np.float64)
+    faces = [[int(corner.split("/")[0]) - 1 for corner in row[1:]] for row in rows if row and row[0] == "f"]
+    return positions, np.array([(face[0], *pair) for face in faces for pair in pairwise(face[1:])])
+
+
+def model_scene(name: str, scale: float = 1.0) -> MeshScene:
+    """Return the model, each triangle cut into n x n, that fills most of the height of a picture of 1920 x 1080."""
+    parts = max(1, round(MODELS[name] * scale**0.5))
+    positions, triangles = read_model()
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(parts + 1), np.arange(parts + 1), indexing="ij"))
+    number = np.full((parts + 1, parts + 1), -1)
+    number[i[i + j <= parts], j[i + j <= parts]] = np.arange((i + j <= parts).sum())
+    weights = np.stack([parts - i - j, i, j], axis=1)[i + j <= parts] / parts
+    cut = [
+        corners
+        for a in range(parts)
+        for b in range(parts - a)
+        for corners in ([(a, b), (a + 1, b), (a, b + 1)], [(a + 1, b), (a + 1, b + 1), (a, b + 1)])[: 1 + (a + b < parts - 1)]
+    ]
+    pattern = np.array([[number[corner] for corner in corners] for corners in cut])
+
+    # Weld the corners that triangles share, in the order in which they come first.
+    placed = np.einsum("mk,tkc->tmc", weights, positions[triangles]).reshape(-1, 3)
+    indices = (pattern + len(weights) * np.arange(len(triangles))[:, None, None]).reshape(-1, 3)
+    _, first, same = np.unique(np.rint(placed * 1e7).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    placed, indices = placed[first[order]], rank[same.reshape(-1)][indices]
+
+    # Bring it to one size, and lay waves over it.
+    placed -= (placed.max(axis=0) + placed.min(axis=0)) / 2
+    placed /= np.linalg.norm(placed, axis=1).max()
+    placed *= 1 + 0.004 * np.sin(placed * (60, 71, 53)).prod(axis=1)[:, None]
+    view = _look_at(np.array([1.0, 0.45, 2.0]), np.zeros(3))
+    return MeshScene(
+        name, (1920, 1080), placed.astype(np.float32), indices.astype(np.int32), view, float(np.radians(45)), 0.5, 5.0
+    )
+
+
 def make(name: str, scale: float = 1.0) -> Any:
     """Return the scene of a name in `NAMES`."""
-    if name in FLAT or name in SHADED:
-        return flat_scene(name, scale) if name in FLAT else shaded_scene(name, scale)
-    return mesh_scene(name, scale) if name in KNOTS else one_triangle()
+    makers = ((FLAT, flat_scene), (SHADED, shaded_scene), (DEEP, deep_scene), (KNOTS, mesh_scene), (MODELS, model_scene))
+    for names, maker in makers:
+        if name in names:
+            return maker(name, scale)
+    return one_triangle()

@@ -32,13 +32,14 @@ def has_far_values(values: NDArray[np.float64], limit: float) -> bool:
 
 
 @kernel
-def find_bad_index(indices: NDArray[np.int32], count: int) -> bool:
-    """Say whether any of (T, 3) int32 indices is below 0 or not below `count`, in one pass."""
-    bad = False
-    for n in range(indices.shape[0]):
-        for k in range(3):
-            bad |= (indices[n, k] < 0) | (indices[n, k] >= count)
-    return bad
+def copy_indices(indices: NDArray[np.int32], count: int, copy: NDArray[np.int32]) -> bool:
+    """Copy (T, 3) int32 indices, and say whether any is below 0 or not below `count`, in one pass."""
+    low, high, given, kept = np.int32(0), np.int32(0), indices.reshape(-1), copy.reshape(-1)
+    for n in range(given.shape[0]):
+        index = given[n]
+        low, high = min(low, index), max(high, index)
+        kept[n] = index
+    return bool((low < 0) | ((high >= count) & (given.shape[0] > 0)))
 
 
 def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
@@ -55,8 +56,9 @@ def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32
     if indices.dtype == np.int64:
         check_range(indices, vertex_count, "triangles")
         return np.require(indices, np.int32, ["C", "A", "W"])
-    corners: NDArray[np.int32] = np.array(indices, np.int32, order="C")  # a copy: what is interpolated later must be in range
-    if find_bad_index(corners, vertex_count):
+    # Keep a copy: what is interpolated later must be in range.
+    corners = np.empty(indices.shape, np.int32)
+    if copy_indices(in_layout(indices, np.int32), vertex_count, corners):
         check_range(corners.astype(np.int64), vertex_count, "triangles")
     return corners
 
@@ -117,8 +119,8 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
     return np.where(good[:, None, None], triangles, 0.0)
 
 
-def check_values(per_vertex: ArrayLike, triangles: NDArray[np.int32]) -> tuple[NDArray[np.float64], np.dtype[Any]]:
-    """Return per-vertex values as (V, k) or (V,) float64, and the type that the result shall have."""
+def check_values(per_vertex: ArrayLike, triangles: NDArray[np.int32]) -> tuple[NDArray[Any], np.dtype[Any]]:
+    """Return per-vertex values as (V, k) or (V,), float32 if that is what they are, else float64; and the result's type."""
     values = as_array(per_vertex, "per_vertex")
     if values.ndim not in (1, 2):
         raise InputError(f"per_vertex: expected shape (V, k) or (V,), got {values.shape}")
@@ -126,4 +128,4 @@ def check_values(per_vertex: ArrayLike, triangles: NDArray[np.int32]) -> tuple[N
     if len(values) < needed:
         raise InputError(f"per_vertex: {len(values)} rows, but the triangles use {needed} vertices")
     dtype = values.dtype if values.dtype.kind == "f" else np.dtype(np.float64)
-    return in_layout(values, np.float64), dtype
+    return in_layout(values, np.float32 if dtype == np.float32 else np.float64), dtype

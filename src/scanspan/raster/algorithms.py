@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from queue import SimpleQueue
 from threading import Event
 from types import ModuleType
 from typing import Any
@@ -16,10 +17,12 @@ from typing import Any
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.raster import edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
+from scanspan.raster import blocks, edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
 from scanspan.raster import order as orders
 from scanspan.raster.counters import COUNTERS
+from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
+from scanspan.raster.write import EMPTY_KEY
 from scanspan.records import Array, Float64Array, Int64Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
@@ -89,6 +92,11 @@ PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
 
 NEVER = Event()  # to stop; what one thread does is not stopped by another
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
+MANY = 1 << 10  # triangles, from which on keys are written for blocks of them; fewer are not worth compiling that for
+CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
+NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
+SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
+LAYER_BYTES = 1 << 28  # if keys for each thread take no more than that
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
 SMALL_IMAGE = 1 << 18  # pixels, below which starting threads costs more than it saves
@@ -126,8 +134,63 @@ def run(
     threads : how many threads share the rows.
     """
     kernel = choose_kernel(algorithm, order, kind, sampling)
+    ordered = sampling._replace(order=list(ORDERS).index(order))
+    if kernel is half_space.half_space_keys and len(triangles.corners) >= MANY and sampling.rule != OFFSCREEN_POINT:
+        return run_blocks(target, triangles, ordered, threads)
     passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
-    return run_kernel(kernel, target, triangles, sampling._replace(order=list(ORDERS).index(order)), threads, passes)
+    return run_kernel(kernel, target, triangles, ordered, threads, passes)
+
+
+def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
+    """Scan-convert many triangles into keys with the kernel for blocks of them, in an order that stays near."""
+    near = NATURAL
+    if count_passes(triangles, sampling, target.nbytes) > 1:
+        across, down = (sampling.x_end >> CELL_BITS) + 1, (sampling.y_end >> CELL_BITS) + 1
+        count = len(triangles.corners)
+        near, cells, starts = np.empty(count, np.int32), np.empty(count, np.int32), np.zeros(across * down + 1, np.int64)
+        blocks.sort_triangles(
+            triangles.xy, triangles.corners, sampling.subpixel_bits, CELL_BITS, starts, np.int64(across), cells, near
+        )
+
+    def scan(keys: Array, counters: Int64Array, drawn: ScreenTriangles, first: int, last: int, within: Sampling) -> None:
+        """Scan some triangles of the order."""
+        blocks.block_keys(keys, counters, drawn, near, first, last, within)
+
+    layers = min(threads, 1 + LAYER_BYTES // max(1, target.nbytes))
+    if layers == 1 or len(triangles.corners) < SHARED:
+        return run_kernel(scan, target, triangles, sampling, threads)
+    return run_layers(scan, target, triangles, sampling, layers)
+
+
+def run_layers(
+    scan: Callable[..., None], target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int
+) -> Int64Array:
+    """Run a kernel over parts of the triangles, each thread into keys of its own, and keep the largest of each sample.
+
+    A band of rows would have to look at every triangle; of many small ones that is most of the work.
+    """
+    drawn, free = with_outlines(triangles, sampling), SimpleQueue[Int64Array]()
+    others = [np.full(target.shape, EMPTY_KEY) for _ in range(threads - 1)]
+    for keys in (target, *others):
+        free.put(keys)
+
+    def scan_part(first: int, last: int, stop: Event) -> Int64Array:
+        """Scan some triangles, in chunks so that an interrupt is noticed between them."""
+        keys, counters = free.get(), np.zeros(COUNTERS, np.int64)
+        for start in range(first, last, CHUNK):
+            if not stop.is_set():
+                scan(keys, counters, drawn, start, min(start + CHUNK, last), sampling)
+        free.put(keys)
+        return counters
+
+    def keep_largest(y_start: int, y_end: int, stop: Event) -> None:
+        """Merge the rows of one band."""
+        for keys in others:
+            np.maximum(target[y_start:y_end], keys[y_start:y_end], out=target[y_start:y_end])
+
+    counted = run_bands(scan_part, len(triangles.corners), threads, each=4)
+    run_bands(keep_largest, sampling.y_end, threads)
+    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
 
 
 def run_kernel(

@@ -12,25 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from scanspan.geometry.depth_plane import UNCUT
-from scanspan.geometry.fixed_point import halves_float, product_halves
-from scanspan.geometry.outlines import REACHES_OUT
-from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
-
-
-@helper_kernel
-def edge_value(a_x: Integer, a_y: Integer, b_x: Integer, b_y: Integer, x: Integer, y: Integer) -> float:
-    """Return the value of the edge from a to b at a sample."""
-    high, low = product_halves(a_y - b_y, b_x - a_x, x - a_x, y - a_y)
-    return halves_float(high, low)
-
-
-@helper_kernel
-def line_weight(weights: Float64Array, m: Integer, k: int, x: Integer, y: Integer) -> float:
-    """Return what the share of corner k of a triangle that is not clipped is proportional to, at a sample."""
-    weight: float = (weights[m, k, 0] * np.float64(x) + weights[m, k, 1] * np.float64(y)) + weights[m, k, 2]
-    return weight
+from scanspan.jit import helper_kernel, inline_kernel, kernel
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
+from scanspan.shade.weights import LANES, ROWS, find_covered, weigh_row
+from scanspan.shade.weights import edge_value as edge_value
 
 
 @kernel
@@ -43,46 +28,19 @@ def barycentric_kernel(
     Shapes  slots: (h, W) int32, row of triangles.corners or -1; triangles: ScreenTriangles; out: (h, W, 3) float64.
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
-    xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
-    piece, weights, inner = triangles.piece, triangles.weights, triangles.inner
+    places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
+    s, x = np.int64(subpixel_bits), np.int64(sample_x)
     for j in range(slots.shape[0]):
-        y = ((y_start + j) << subpixel_bits) + sample_y
-        for i in range(slots.shape[1]):
-            n = slots[j, i]
-            if n < 0:
-                out[j, i] = 0.0
-                continue
-
-            # Weigh the corners by the edge values opposite them.
-            x = (i << subpixel_bits) + sample_x
-            p, q, r = corners[n, 0], corners[n, 1], corners[n, 2]
-            m = piece[n]
-            if inner[n] & UNCUT:
-                e0, e1, e2 = (
-                    line_weight(weights, m, 0, x, y),
-                    line_weight(weights, m, 1, x, y),
-                    line_weight(weights, m, 2, x, y),
-                )
-                w_p, w_q, w_r = 1.0, 1.0, 1.0
-            else:
-                e0 = edge_value(xy[q, 0], xy[q, 1], xy[r, 0], xy[r, 1], x, y)
-                e1 = edge_value(xy[r, 0], xy[r, 1], xy[p, 0], xy[p, 1], x, y)
-                e2 = edge_value(xy[p, 0], xy[p, 1], xy[q, 0], xy[q, 1], x, y)
-                w_p, w_q, w_r = clip[p, 3], clip[q, 3], clip[r, 3]
-
-            # Turn a clockwise triangle's signs round. A pixel that is touched beside its centre takes the triangle's border.
-            turn = -1.0 if (e0 + e1) + e2 < 0.0 else 1.0
-            low = -np.inf if inner[n] & REACHES_OUT else 0.0
-            w0, w1, w2 = max(turn * e0, low) / w_p, max(turn * e1, low) / w_q, max(turn * e2, low) / w_r
-            total = (w0 + w1) + w2
-            w0, w1, w2 = w0 / total, w1 / total, w2 / total
-
-            # Carry the weights of a piece over to its source.
-            if m >= 0 and inner[n] & UNCUT == 0:
-                for k in range(3):
-                    out[j, i, k] = (w0 * weights[m, 0, k] + w1 * weights[m, 1, k]) + w2 * weights[m, 2, k]
-            else:
-                out[j, i, 0], out[j, i, 1], out[j, i, 2] = w0, w1, w2
+        covered = find_covered(slots, j, places)
+        if covered < slots.shape[1]:
+            out[j] = 0.0
+        y = (np.int64(y_start + j) << s) + np.int64(sample_y)
+        for start in range(0, covered, LANES):
+            count = min(covered - start, LANES)
+            weigh_row(slots, j, places, start, count, triangles, x, y, s, lanes)
+            for k in range(count):
+                i = places[start + k]
+                out[j, i, 0], out[j, i, 1], out[j, i, 2] = lanes[k], lanes[LANES + k], lanes[2 * LANES + k]
 
 
 @kernel
@@ -99,6 +57,59 @@ def numbers_kernel(slot: Int32Array, number: Int32Array, out: Int32Array) -> Non
 def blend(u0: float, u1: float, u2: float, b1: float, b2: float) -> float:
     """Return the attribute with values u0, u1, u2 at the corners, for weights b1 and b2 of the last two."""
     return u0 + (b1 * (u1 - u0) + b2 * (u2 - u0))
+
+
+@inline_kernel
+def interpolate_rows(
+    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    y_start: int, triangles: Int32Array, values: Array, out: Array,
+) -> None:  # fmt: skip
+    """Write the interpolated per-vertex values of every visible sample, and leave the others.
+
+    Shapes  slots, numbers: (h, W) int32, what is visible as a row of screen.corners and of triangles, or -1; triangles: (T, 3)
+            int32; values: (V, k); out: (h, W, k), of the same type as values.
+    Units   as for barycentric_kernel, whose weights these are, without being kept.
+    """
+    places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
+    s, x = np.int64(subpixel_bits), np.int64(sample_x)
+    for j in range(slots.shape[0]):
+        covered = find_covered(slots, j, places)
+        y = (np.int64(y_start + j) << s) + np.int64(sample_y)
+        for start in range(0, covered, LANES):
+            count = min(covered - start, LANES)
+            weigh_row(slots, j, places, start, count, screen, x, y, s, lanes)
+
+            # Look up the corners of each run of one triangle, and go along it.
+            k = np.int64(0)
+            while k < count:
+                n, end = numbers[j, places[start + k]], k + 1
+                while end < count and numbers[j, places[start + end]] == n:
+                    end += 1
+                if n >= 0:
+                    p, q, r = np.uint32(triangles[n, 0]), np.uint32(triangles[n, 1]), np.uint32(triangles[n, 2])
+                    for c in range(values.shape[1]):
+                        u0, u1, u2 = np.float64(values[p, c]), np.float64(values[q, c]), np.float64(values[r, c])
+                        for i in range(k, end):
+                            out[j, places[start + i], c] = blend(u0, u1, u2, lanes[LANES + i], lanes[2 * LANES + i])
+                k = end
+
+
+@kernel
+def interpolate_rows_kernel(
+    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    y_start: int, triangles: Int32Array, values: Float64Array, out: Float64Array,
+) -> None:  # fmt: skip
+    """Interpolate float64 values; see interpolate_rows."""
+    interpolate_rows(slots, numbers, screen, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+
+
+@kernel
+def interpolate_float32_rows_kernel(
+    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    y_start: int, triangles: Int32Array, values: Float32Array, out: Float32Array,
+) -> None:  # fmt: skip
+    """Interpolate float32 values in float64, and round once; see interpolate_rows."""
+    interpolate_rows(slots, numbers, screen, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
 
 
 @kernel

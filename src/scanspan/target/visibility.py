@@ -32,7 +32,12 @@ from scanspan.records import (
     ScreenTriangles,
 )
 from scanspan.samples import sample_offsets
-from scanspan.shade.interpolate import barycentric_kernel, interpolate_vertices_kernel, numbers_kernel
+from scanspan.shade.interpolate import (
+    barycentric_kernel,
+    interpolate_float32_rows_kernel,
+    interpolate_rows_kernel,
+    numbers_kernel,
+)
 from scanspan.target.merge import merge_kernel
 
 
@@ -261,7 +266,9 @@ def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples:
     """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
     offsets = sample_offsets(samples, options.subpixel_bits)
     planes = tuple(find_visible(screen, offset, options) for offset in offsets)
-    primitive = [numbers_of(plane.slot, screen.source) for plane in planes]
+    count = len(screen.source)
+    is_whole = not len(screen.weights) and count > 0 and screen.source[-1] == count - 1
+    primitive = [plane.slot.copy() if is_whole else numbers_of(plane.slot, screen.source) for plane in planes]
     return Visibility(
         primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
         depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
@@ -273,18 +280,36 @@ def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples:
     )
 
 
-def interpolate_visible(visibility: Visibility, values: Float64Array) -> Float64Array:
-    """Return (..., k) per-vertex values at every sample of a Visibility, 0 where there is nothing."""
-    shape = visibility.primitive.shape
-    out = np.zeros((*shape, values.shape[1]))
-    interpolate_vertices_kernel(
-        visibility.primitive.reshape(-1),
-        visibility.barycentric.reshape(-1, 3),
-        visibility.triangles,
-        values,
-        out.reshape(visibility.primitive.size, values.shape[1]),
-    )
-    return out
+def interpolate_visible(visibility: Visibility, values: Array) -> Array:
+    """Return (..., k) per-vertex values at every sample of a Visibility, 0 where there is nothing, in the type of the values.
+
+    Parameters
+    ----------
+    visibility : from `rasterize_triangles`.
+    values : (V, k) float32 or float64.
+    """
+    if visibility.screen is None or visibility.options is None:
+        raise InputError("a merged Visibility has no barycentric weights: take them before merging")
+    screen, options, (width, height) = visibility.screen, visibility.options, visibility.options.size
+    kernel = interpolate_float32_rows_kernel if values.dtype == np.float32 else interpolate_rows_kernel
+    found = []
+    for k, plane in enumerate(visibility.planes):
+        numbers = visibility.primitive if len(visibility.planes) == 1 else np.ascontiguousarray(visibility.primitive[..., k])
+        out = np.zeros((height, width, values.shape[1]), values.dtype)
+
+        def shade(
+            y_start: int, y_end: int, stop: Event, plane: Plane = plane, numbers: Array = numbers, out: Array = out
+        ) -> None:
+            """Interpolate in the rows of one band."""
+            rows = slice(y_start, y_end)
+            kernel(
+                plane.slot[rows], numbers[rows], screen, plane.offset[0], plane.offset[1], options.subpixel_bits, y_start,
+                visibility.triangles, values, out[rows],
+            )  # fmt: skip
+
+        run_bands(shade, height, options.threads)
+        found.append(out)
+    return found[0] if len(found) == 1 else np.stack(found, axis=2)
 
 
 def merge(a: Visibility, b: Visibility) -> Visibility:

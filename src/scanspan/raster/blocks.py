@@ -1,0 +1,372 @@
+"""Half-space rasterization of many triangles into keys: the setup of eight at a time, and boxes of one shape together.
+
+A mesh of a million triangles has boxes of one to nine samples. One by one, most of the time of such a triangle goes into
+branches that no processor can foresee: is the box empty, which corner is first, how many rows. So triangles are taken 64 at a
+time and put into bins by the shape of their box, up to 4 x 4 samples. A bin that has enough of them is drawn as a whole: its
+setups, then the first sample of all its boxes, then the second, each in one loop without a branch, which the compiler turns
+into vector instructions. What is left for one at a time is the maximum that writes a key. Larger boxes have a bin of their own
+and are scanned row by row, and the largest in layers.py, where what is hidden is left out.
+
+Numbers are float64 throughout: of corners that lie within 2^24 sub-pixels of each other, all products are whole numbers below
+2^50, so they are exact, and so are the steps from sample to sample. The expressions are those of setup.py, so the bits are the
+same. A triangle that is larger, or has an outline, goes the way of half_space.py. Keys keep the largest, so the order in which
+triangles are drawn does not matter; docs/decisions/0015-frames.md has the measurements.
+
+Source: Pineda 1988; M. Abrash, Rasterization on Larrabee, 2009, for lanes and for doing without branches.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scanspan.jit import bare_kernel, helper_kernel, kernel
+from scanspan.raster.edge import BOTTOM_LEFT, EXCLUSIVE, INCLUSIVE
+from scanspan.raster.half_space import STACK, visit_rows
+from scanspan.raster.layers import BLOCK_COLUMNS, BLOCK_ROWS, draw_layer
+from scanspan.raster.setup import keep_sample, set_up
+from scanspan.raster.write import EMPTY_KEY, pack_key, write_sample_key
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles
+
+BLOCK = 64  # triangles fetched at a time
+LANES = 2 * BLOCK  # of a bin, which is drawn when a further block might not fit
+SIDE = 4  # samples along a side of the boxes that are drawn together
+WIDE, NONE, APART = SIDE * SIDE, SIDE * SIDE + 1, SIDE * SIDE + 2  # bins: larger boxes, nothing to draw, drawn by itself
+BINS = APART + 1
+NEAR = np.int64(1 << 24)  # sub-pixels that a triangle is smaller than
+SPAN = 64  # samples along a row, above which a box is drawn in layers.py
+GROUP = np.int64(8)  # samples that a row of a wide box is a multiple of, so that no sample is left to a slower loop
+
+# Rows of a block, each of BLOCK numbers: the corners' x and y, the box's first column and row, its last less its first, its
+# bin, and the triangle's number. The rows of a bin, each of LANES numbers: the same, with the number in the place of the bin.
+X, Y, WIDTH, HEIGHT, BIN, NUMBER = range(6, 12)
+FETCHED, KEPT = 12, 11
+
+# Rows of what is computed for a bin, each of LANES numbers: three edge values at the first sample, what they change by to the
+# right and down, the depth where the last two are zero, and what it changes by with each of them.
+EDGE, RIGHT, DOWN, DEPTH, SLOPE = 0, 3, 6, 9, 10
+EQUATIONS = 12
+
+
+@bare_kernel
+def fetch_corners(
+    xy: Int64Array, depths: Float64Array, corners: Int32Array, order: Int32Array, start: Integer, count: Integer,
+    fetched: Int64Array, deep: Float64Array,
+) -> None:  # fmt: skip
+    """Copy the corners of some triangles into rows of numbers.
+
+    Shapes  order: (N,) int32, the triangles in the order in which they are drawn, or (0,) for that of their numbers.
+    """
+    for k in range(count):
+        n = np.int64(order[start + k]) if order.shape[0] else start + k
+        p, q, r = np.uint64(corners[n, 0]), np.uint64(corners[n, 1]), np.uint64(corners[n, 2])
+        fetched[k], fetched[BLOCK + k] = xy[p, 0], xy[p, 1]
+        fetched[2 * BLOCK + k], fetched[3 * BLOCK + k] = xy[q, 0], xy[q, 1]
+        fetched[4 * BLOCK + k], fetched[5 * BLOCK + k] = xy[r, 0], xy[r, 1]
+        fetched[NUMBER * BLOCK + k] = n
+        deep[k], deep[BLOCK + k], deep[2 * BLOCK + k] = depths[p], depths[q], depths[r]
+
+
+@bare_kernel
+def choose_bins(
+    fetched: Int64Array, count: Integer, cull: float, x_start: Integer, x_end: Integer, y_start: Integer, y_end: Integer,
+    sample_x: Integer, sample_y: Integer, s: Integer,
+) -> None:  # fmt: skip
+    """Find the box of each triangle, and the bin that it belongs to.
+
+    Units   x_start to y_end in pixels; sample_x, sample_y in sub-pixels; cull as in Sampling.
+    """
+    past = (np.int64(1) << s) - 1
+    for k in range(count):
+        p_x, p_y, q_x, q_y = fetched[k], fetched[BLOCK + k], fetched[2 * BLOCK + k], fetched[3 * BLOCK + k]
+        r_x, r_y = fetched[4 * BLOCK + k], fetched[5 * BLOCK + k]
+        low_x, high_x, low_y, high_y = min(p_x, q_x, r_x), max(p_x, q_x, r_x), min(p_y, q_y, r_y), max(p_y, q_y, r_y)
+        x = max((low_x + (past - sample_x)) >> s, x_start)
+        y = max((low_y + (past - sample_y)) >> s, y_start)
+        width, height = min((high_x - sample_x) >> s, x_end - 1) - x, min((high_y - sample_y) >> s, y_end - 1) - y
+
+        # The area of a large triangle is rounded, so nothing is culled by it that is not near.
+        is_near = ((high_x - low_x) | (high_y - low_y)) < NEAR
+        a_x, a_y = np.float64(q_x - p_x), np.float64(q_y - p_y)
+        area = a_x * np.float64(r_y - p_y) - a_y * np.float64(r_x - p_x)
+        is_drawn = ((width | height) >= 0) & ((area * cull < 0.0) | (cull == 0.0) | (not is_near))
+        is_small = (width < SIDE) & (height < SIDE)
+        shape = width * SIDE + height if is_small else np.int64(WIDE)
+        shape = shape if is_near else np.int64(APART)
+        fetched[X * BLOCK + k], fetched[Y * BLOCK + k] = x, y
+        fetched[WIDTH * BLOCK + k], fetched[HEIGHT * BLOCK + k] = width, height
+        fetched[BIN * BLOCK + k] = shape if is_drawn else np.int64(NONE)
+
+
+@bare_kernel
+def fill_bins(
+    fetched: Int64Array, deep: Float64Array, count: Integer, kept: Int64Array, depths: Float64Array, counts: Int64Array
+) -> None:
+    """Put each triangle at the end of its bin.
+
+    Shapes  kept: (BINS x KEPT x LANES,); depths: (BINS x 3 x LANES,); counts: (BINS,), how many are in each.
+    """
+    lanes = np.uint64(LANES)
+    for k in range(count):
+        b = np.uint64(fetched[BIN * BLOCK + k])
+        c = np.uint64(counts[b])
+        at = b * np.uint64(KEPT * LANES) + c
+        for row in range(10):
+            kept[at + np.uint64(row) * lanes] = fetched[row * BLOCK + k]
+        kept[at + np.uint64(10) * lanes] = fetched[NUMBER * BLOCK + k]
+        at = b * np.uint64(3 * LANES) + c
+        depths[at], depths[at + lanes], depths[at + lanes + lanes] = deep[k], deep[BLOCK + k], deep[2 * BLOCK + k]
+        counts[b] += 1
+
+
+@helper_kernel
+def bias_of(a: float, b: float, down: float, is_inclusive: bool, is_exclusive: bool) -> float:
+    """Return the bias of an edge as edge_bias does; down is -1 where the lower of two level edges owns its samples."""
+    owns = (((a > 0.0) | ((a == 0.0) & (down * b > 0.0))) | is_inclusive) & (not is_exclusive)
+    return 0.0 if owns else -1.0
+
+
+@helper_kernel
+def turned(is_r: bool, is_q: bool, p: float, q: float, r: float) -> float:
+    """Return the number of the corner that is first."""
+    return r if is_r else (q if is_q else p)
+
+
+@bare_kernel
+def set_up_bin(
+    kept: Int64Array, depths: Float64Array, equations: Float64Array, count: Integer, cull: float, rule: Integer, s: Integer,
+    sample_x: Integer, sample_y: Integer,
+) -> None:  # fmt: skip
+    """Set up the triangles of a bin: what set_up_triangle does, without a branch, for triangles that are near.
+
+    Shapes  kept: (KEPT x LANES,); depths: (3 x LANES,); equations: (EQUATIONS x LANES,), written; an edge value is -inf where
+            there is nothing to draw.
+    """
+    is_inclusive, is_exclusive, down = rule == INCLUSIVE, rule == EXCLUSIVE, -1.0 if rule == BOTTOM_LEFT else 1.0
+    unit = np.float64(np.int64(1) << s)
+    part = 1.0 / unit
+    for k in range(count):
+        # Count corners from the first sample of the box; then edge values there are products of two of them.
+        x, y = (kept[X * LANES + k] << s) + sample_x, (kept[Y * LANES + k] << s) + sample_y
+        p_x, p_y = np.float64(kept[k] - x), np.float64(kept[LANES + k] - y)
+        q_x, q_y = np.float64(kept[2 * LANES + k] - x), np.float64(kept[3 * LANES + k] - y)
+        r_x, r_y = np.float64(kept[4 * LANES + k] - x), np.float64(kept[5 * LANES + k] - y)
+        p_depth, q_depth, r_depth = depths[k], depths[LANES + k], depths[2 * LANES + k]
+        e_p, e_q, e_r = q_x * r_y - q_y * r_x, r_x * p_y - r_y * p_x, p_x * q_y - p_y * q_x
+        area = (e_p + e_q) + e_r
+        is_drawn = (area != 0.0) & (area * cull <= 0.0)
+
+        # Make the area positive.
+        swaps = area < 0.0
+        q_x, r_x, q_y, r_y = (r_x if swaps else q_x), (q_x if swaps else r_x), (r_y if swaps else q_y), (q_y if swaps else r_y)
+        q_depth, r_depth = (r_depth if swaps else q_depth), (q_depth if swaps else r_depth)
+        e_p, e_q, e_r = (-e_p if swaps else e_p), (-e_r if swaps else e_q), (-e_q if swaps else e_r)
+        scale = 1.0 / (abs(area) if is_drawn else 1.0)
+
+        # Form the edges; fold the rule in, divide by a pixel and floor, and keep what that took away.
+        a_p, b_p, a_q, b_q, a_r, b_r = q_y - r_y, r_x - q_x, r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
+        bias_p = bias_of(a_p, b_p, down, is_inclusive, is_exclusive)
+        bias_q = bias_of(a_q, b_q, down, is_inclusive, is_exclusive)
+        bias_r = bias_of(a_r, b_r, down, is_inclusive, is_exclusive)
+        e_p, e_q, e_r = e_p + bias_p, e_q + bias_q, e_r + bias_r
+        f_p, f_q, f_r = np.floor(e_p * part), np.floor(e_q * part), np.floor(e_r * part)
+        rest_p, rest_q, rest_r = (e_p - f_p * unit) - bias_p, (e_q - f_q * unit) - bias_q, (e_r - f_r * unit) - bias_r
+
+        # Put the corner first that is first in (y, x).
+        r_is_before_q = (r_y < q_y) | ((r_y == q_y) & (r_x < q_x))
+        is_r = r_is_before_q & ((r_y < p_y) | ((r_y == p_y) & (r_x < p_x)))
+        is_q = (not r_is_before_q) & ((q_y < p_y) | ((q_y == p_y) & (q_x < p_x)))
+        depth = turned(is_r, is_q, p_depth, q_depth, r_depth)
+        slope1 = (turned(is_r, is_q, q_depth, r_depth, p_depth) - depth) * scale
+        slope2 = (turned(is_r, is_q, r_depth, p_depth, q_depth) - depth) * scale
+        rest1, rest2 = turned(is_r, is_q, rest_q, rest_r, rest_p), turned(is_r, is_q, rest_r, rest_p, rest_q)
+        equations[EDGE * LANES + k] = turned(is_r, is_q, f_p, f_q, f_r) if is_drawn else -np.inf
+        equations[(EDGE + 1) * LANES + k] = turned(is_r, is_q, f_q, f_r, f_p)
+        equations[(EDGE + 2) * LANES + k] = turned(is_r, is_q, f_r, f_p, f_q)
+        equations[RIGHT * LANES + k] = turned(is_r, is_q, a_p, a_q, a_r)
+        equations[(RIGHT + 1) * LANES + k] = turned(is_r, is_q, a_q, a_r, a_p)
+        equations[(RIGHT + 2) * LANES + k] = turned(is_r, is_q, a_r, a_p, a_q)
+        equations[DOWN * LANES + k] = turned(is_r, is_q, b_p, b_q, b_r)
+        equations[(DOWN + 1) * LANES + k] = turned(is_r, is_q, b_q, b_r, b_p)
+        equations[(DOWN + 2) * LANES + k] = turned(is_r, is_q, b_r, b_p, b_q)
+        equations[DEPTH * LANES + k] = depth + (rest1 * slope1 + rest2 * slope2)
+        equations[SLOPE * LANES + k], equations[(SLOPE + 1) * LANES + k] = slope1 * unit, slope2 * unit
+
+
+@bare_kernel
+def draw_small(
+    flat: Int64Array, width: Integer, kept: Int64Array, equations: Float64Array, keys: Int64Array, count: Integer,
+    columns: Integer, rows: Integer,
+) -> None:  # fmt: skip
+    """Draw the triangles of a bin whose boxes have all so many columns and rows: sample by sample, of all of them at once.
+
+    Shapes  flat: (H W,), keys row after row; keys: (2 x LANES,), overwritten.
+    """
+    for k in range(count):
+        keys[LANES + k] = kept[Y * LANES + k] * width + kept[X * LANES + k]
+    for j in range(rows):
+        for i in range(columns):
+            right, down = np.float64(i), np.float64(j)
+            for k in range(count):
+                f0 = equations[k] + (right * equations[RIGHT * LANES + k] + down * equations[DOWN * LANES + k])
+                f1 = equations[LANES + k] + (
+                    right * equations[(RIGHT + 1) * LANES + k] + down * equations[(DOWN + 1) * LANES + k]
+                )
+                f2 = equations[2 * LANES + k] + (
+                    right * equations[(RIGHT + 2) * LANES + k] + down * equations[(DOWN + 2) * LANES + k]
+                )
+                inside = (f0 >= 0.0) & (f1 >= 0.0) & (f2 >= 0.0)
+                depth = equations[DEPTH * LANES + k] + (
+                    f1 * equations[SLOPE * LANES + k] + f2 * equations[(SLOPE + 1) * LANES + k]
+                )
+                key = pack_key(depth, kept[BIN * LANES + k])
+                keys[k] = key if inside else EMPTY_KEY
+
+            # Write them one by one, as two may be for the same place.
+            off = j * width + i
+            for k in range(count):
+                at = np.uint64(keys[LANES + k] + off)
+                flat[at] = max(flat[at], keys[k])
+
+
+@kernel
+def draw_wide(
+    flat: Int64Array, width: Integer, kept: Int64Array, equations: Float64Array, large: Int64Array, count: Integer
+) -> int:
+    """Draw the triangles of the bin of larger boxes row by row; list those that are larger still, and return their number.
+
+    Shapes  flat: (H W,), keys row after row; large: (LANES,), written.
+    """
+    found = 0
+    for k in range(count):
+        f0, f1, f2 = equations[k], equations[LANES + k], equations[2 * LANES + k]
+        x, y, n = kept[X * LANES + k], kept[Y * LANES + k], kept[BIN * LANES + k]
+        columns, rows = kept[WIDTH * LANES + k] + 1, kept[HEIGHT * LANES + k] + 1
+        across = (columns + GROUP - 1) // GROUP * GROUP
+        if columns > SPAN or across > width:
+            large[found] = k
+            found += 1
+            continue
+
+        # Widen the rows to whole groups, to the left where the picture ends; what is added lies outside of the triangle.
+        a0, a1, a2 = equations[RIGHT * LANES + k], equations[(RIGHT + 1) * LANES + k], equations[(RIGHT + 2) * LANES + k]
+        b0, b1, b2 = equations[DOWN * LANES + k], equations[(DOWN + 1) * LANES + k], equations[(DOWN + 2) * LANES + k]
+        depth, slope1 = equations[DEPTH * LANES + k], equations[SLOPE * LANES + k]
+        slope2 = equations[(SLOPE + 1) * LANES + k]
+        left = min(x, width - across)
+        back = np.float64(left - x)
+        f0, f1, f2 = f0 + back * a0, f1 + back * a1, f2 + back * a2
+        at = y * width + left
+        for _ in range(rows if f0 > -np.inf else np.int64(0)):
+            row = flat[at : at + across]
+            for i in range(across):
+                right = np.float64(i)
+                e0, e1, e2 = f0 + right * a0, f1 + right * a1, f2 + right * a2
+                inside = (e0 >= 0.0) & (e1 >= 0.0) & (e2 >= 0.0)
+                write_sample_key(row, i, inside, depth + (e1 * slope1 + e2 * slope2), n)
+            f0, f1, f2, at = f0 + b0, f1 + b1, f2 + b2, at + width
+    return found
+
+
+@kernel
+def draw_bin(
+    target: Int64Array, flat: Int64Array, b: int, kept: Int64Array, depths: Float64Array, counts: Int64Array,
+    equations: Float64Array, scratch: Int64Array, lows: Int64Array, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Draw and empty bin b.
+
+    Shapes  kept, depths, counts: as for fill_bins; scratch: (2 x LANES,); lows: as for draw_layer.
+    """
+    count, width = counts[b], np.int64(target.shape[1])
+    here = kept[b * KEPT * LANES : (b + 1) * KEPT * LANES]
+    set_up_bin(
+        here, depths[b * 3 * LANES : (b + 1) * 3 * LANES], equations, count, np.float64(sampling.cull),
+        np.int64(sampling.rule), np.int64(sampling.subpixel_bits), np.int64(sampling.sample_x), np.int64(sampling.sample_y),
+    )  # fmt: skip
+    if b < WIDE:
+        draw_small(flat, width, here, equations, scratch, count, np.int64(b // SIDE + 1), np.int64(b % SIDE + 1))
+    else:
+        large = draw_wide(flat, width, here, equations, scratch, count)
+        for i in range(large):
+            k = scratch[i]
+            draw_layer(
+                target, lows, equations[k::LANES], here[X * LANES + k], here[Y * LANES + k],
+                here[WIDTH * LANES + k] + 1, here[HEIGHT * LANES + k] + 1, here[BIN * LANES + k],
+                np.int64(sampling.y_start), np.int64(sampling.y_end),
+            )  # fmt: skip
+    counts[b] = 0
+
+
+@kernel
+def block_keys(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, order: Int32Array, first: int, last: int,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Write every covered sample of triangles first to last of an order into (H, W) keys.
+
+    Shapes  order: (N,) int32, numbers of triangles; or (0,), where first to last are the numbers themselves.
+    Needs   samples decide, and the rule is not that of an off-screen point. The rectangle of sampling spans the target's width.
+    Cost    O(triangles + bounding boxes) up to SPAN samples across; beyond it O(covered samples that may be seen).
+    Source  Pineda 1988.
+    """
+    xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
+    integers, floats = triangles.integers, triangles.floats
+    fetched, deep = np.empty(FETCHED * BLOCK, np.int64), np.empty(3 * BLOCK)
+    kept, kept_depths, counts = np.empty(BINS * KEPT * LANES, np.int64), np.empty(BINS * 3 * LANES), np.zeros(BINS, np.int64)
+    equations, scratch, stack = np.empty(EQUATIONS * LANES), np.empty(2 * LANES, np.int64), np.empty(STACK, np.int64)
+    lows = np.full(((target.shape[0] // BLOCK_ROWS) + 1, (target.shape[1] // BLOCK_COLUMNS) + 1), EMPTY_KEY)
+    flat = target.reshape(-1)
+    for start in range(first, last, BLOCK):
+        count = np.int64(min(last - start, BLOCK))
+        fetch_corners(xy, depths, corners, order, start, count, fetched, deep)
+        choose_bins(
+            fetched, count, np.float64(sampling.cull), np.int64(sampling.x_start), np.int64(sampling.x_end),
+            np.int64(sampling.y_start), np.int64(sampling.y_end), np.int64(sampling.sample_x), np.int64(sampling.sample_y),
+            np.int64(sampling.subpixel_bits),
+        )  # fmt: skip
+
+        # Set aside those with an outline of their own, if there are any at all.
+        if integers.shape[0]:
+            for k in range(count):
+                n = fetched[NUMBER * BLOCK + k]
+                if outline[n] >= 0 or inner[n] != 0:
+                    fetched[BIN * BLOCK + k] = APART
+        fill_bins(fetched, deep, count, kept, kept_depths, counts)
+
+        # Draw the bins that have no room for another block, and empty the others that are none.
+        for b in range(WIDE + 1):
+            if counts[b] > LANES - BLOCK:
+                draw_bin(target, flat, b, kept, kept_depths, counts, equations, scratch, lows, sampling)
+        for i in range(counts[APART]):
+            n = kept[(APART * KEPT + BIN) * LANES + i]
+            t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
+            visit_rows(write_sample_key, keep_sample, target, t, n, stack)
+        counts[APART], counts[NONE] = 0, 0
+    for b in range(WIDE + 1):
+        draw_bin(target, flat, b, kept, kept_depths, counts, equations, scratch, lows, sampling)
+
+
+@kernel
+def sort_triangles(
+    xy: Int64Array, corners: Int32Array, subpixel_bits: int, bits: int, starts: Int64Array, across: Integer, cells: Int32Array,
+    order: Int32Array,
+) -> None:  # fmt: skip
+    """Order triangles by the cell of the picture that their first corner lies in, and within a cell by number.
+
+    Shapes  starts: (cells + 1,) zeros, overwritten; cells, order: (N,) int32, written.
+    Units   a cell has 2^bits pixels a side; across: cells in a row of them.
+    Cost    O(N), a counting sort.
+    """
+    down = (starts.shape[0] - 1) // across
+    shift = subpixel_bits + bits
+    for n in range(corners.shape[0]):
+        p = corners[n, 0]
+        x, y = min(max(xy[p, 0] >> shift, 0), across - 1), min(max(xy[p, 1] >> shift, 0), down - 1)
+        cell = y * across + x
+        cells[n] = cell
+        starts[cell + 1] += 1
+    for c in range(1, starts.shape[0]):
+        starts[c] += starts[c - 1]
+    for n in range(corners.shape[0]):
+        cell = cells[n]
+        order[starts[cell]] = n
+        starts[cell] += 1
