@@ -5,14 +5,16 @@ Source: S2, lines 28-77; S3, lines 632-660.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scanspan import color
 from scanspan.canvas import Canvas
 from scanspan.color import brightness, white_balance, yiq
 from scanspan.color.cylinders import rgb_to_hsv
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
-from scanspan.lectures.experiments.figure import WHITE, beside, panel, stacked
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
+from scanspan.lectures.experiments.figure import Panel, beside, panel, stacked
 from scanspan.lectures.experiments.scenes import complicated_scene
 from scanspan.masks import coverage, zones
 from scanspan.records import Array, Float64Array, UInt8Array
@@ -52,7 +54,7 @@ def torus() -> UInt8Array:
 
 def luminance_and_intensity() -> Result:
     """Measure how bright colours are, four ways, and show one picture each way."""
-    rows = []
+    rows: list[Row] = []
     for name, rgb in NAMED.items():
         code = np.array(rgb, np.uint8)
         slide = float(np.dot((0.333, 0.333, 0.333), code))
@@ -75,9 +77,14 @@ def luma_chroma() -> Result:
     """Take the slide's matrix apart, and show Y, I and Q of a picture."""
     matrix = yiq.YIQ_MATRICES["slide"]
     inverse = np.linalg.inv(matrix)
-    rows: list[tuple[object, ...]] = [(f"sum of row {name}", float(round(sum(row), 12)) + 0.0) for name, row in zip("YIQ", matrix.tolist(), strict=True)]
+    rows: list[Row] = [
+        (f"sum of row {name}", float(round(sum(row), 12)) + 0.0) for name, row in zip("YIQ", matrix.tolist(), strict=True)
+    ]
     rows.append(("determinant", float(np.linalg.det(matrix))))
-    rows += [(f"inverse, row {name}", "  ".join(f"{value:.3f}" for value in row)) for name, row in zip("RGB", inverse.tolist(), strict=True)]
+    rows += [
+        (f"inverse, row {name}", "  ".join(f"{value:.3f}" for value in row))
+        for name, row in zip("RGB", inverse.tolist(), strict=True)
+    ]
     grey = color.rgb_to_yiq(np.array([0.5, 0.5, 0.5]), "slide")
     rows.append(("largest of I and Q of a grey", float(np.abs(grey[1:]).max())))
     picture = torus()
@@ -104,16 +111,25 @@ def hue_saturation_value() -> Result:
     slices = np.rint(255 * color.hsv_to_rgb(ramp))
     red, green, grey = np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.array([0.5, 0.5, 0.5])
     of_sum, sum_of = rgb_to_hsv(red + green), rgb_to_hsv(red) + rgb_to_hsv(green)
-    rows: list[tuple[object, ...]] = [
+    rows: list[Row] = [
         (name, *(float(v) for v in rgb_to_hsv(rgb)))
-        for name, rgb in (("red", red), ("green", green), ("red + green, yellow", red + green), ("grey", grey), ("black", grey * 0))
+        for name, rgb in (
+            ("red", red),
+            ("green", green),
+            ("red + green, yellow", red + green),
+            ("grey", grey),
+            ("black", grey * 0),
+        )
     ]
     rows.append(("sum of the first two, were it a matrix", *(float(v) for v in sum_of)))
     random = np.random.default_rng(31).random((4000, 3))
     worst = float(np.abs(color.hsv_to_rgb(rgb_to_hsv(random)) - random).max())
     rows.append(("4,000 colours there and back, worst error", worst, "", ""))
     assert not np.allclose(of_sum, sum_of)
-    panels = (panel("hue around, saturation outwards, value 1", disc, 2), panel("hue 0: saturation to the right, value up", slices, 2))
+    panels = (
+        panel("hue around, saturation outwards, value 1", disc, 2),
+        panel("hue 0: saturation to the right, value up", slices, 2),
+    )
     return Result(Table(("colour", "hue", "saturation", "value"), tuple(rows)), panels)
 
 
@@ -133,8 +149,8 @@ def spread(rgb: Array) -> int:
 
 def balance() -> Result:
     """Balance a chart under two lights, five ways."""
-    chart, rows, panels = chart_of_patches(), [], []
-    ways = {
+    chart, rows, panels = chart_of_patches(), list[Row](), list[Panel]()
+    ways: dict[str, Callable[[UInt8Array, Float64Array], Array]] = {
         "as it was taken": lambda rgb, white: rgb,
         "grey world": lambda rgb, white: white_balance.grey_world(rgb),
         "white patch": lambda rgb, white: white_balance.white_patch(rgb),
@@ -154,7 +170,10 @@ def balance() -> Result:
                 panels.append(panel(f"{light}: {name}" if name == "as it was taken" else name, shown, 2))
     rows = [(name, *values) for name, values in found.items()]
     rows.append(("neutral light, Bradford", spread(white_balance.bradford(chart, color.D65, color.D65)), 0.0, "", ""))
-    headings = ("", *(f"{light}: {what}" for light in LIGHTS for what in ("worst tint of a grey, levels", "mean error, levels")))
+    headings = (
+        "",
+        *(f"{light}: {what}" for light in LIGHTS for what in ("worst tint of a grey, levels", "mean error, levels")),
+    )
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 
@@ -175,9 +194,7 @@ def board_point(u: float, v: float) -> tuple[float, float]:
 def check_numbers() -> Array:
     """Return which check each pixel shows, (120, 160), -1 for none: u + 5 v."""
     grid = [[board_point(i / CHECKS, j / CHECKS) for i in range(CHECKS + 1)] for j in range(CHECKS + 1)]
-    rings = [
-        [grid[j][i], grid[j][i + 1], grid[j + 1][i + 1], grid[j + 1][i]] for j in range(CHECKS) for i in range(CHECKS)
-    ]
+    rings = [[grid[j][i], grid[j][i + 1], grid[j + 1][i + 1], grid[j + 1][i]] for j in range(CHECKS) for i in range(CHECKS)]
     return zones(rings, (160, 120))
 
 
@@ -222,7 +239,9 @@ def checker_shadow() -> Result:
     sharp = checker_picture(softness=0)
     check = check_numbers()
     numbers = [int(check[y, x]) for x, y in (A, B)]
-    around = [float(picture[y - 14 : y + 15, x - 14 : x + 15][check[y - 14 : y + 15, x - 14 : x + 15] >= 0].mean()) for x, y in (A, B)]
+    around = [
+        float(picture[y - 14 : y + 15, x - 14 : x + 15][check[y - 14 : y + 15, x - 14 : x + 15] >= 0].mean()) for x, y in (A, B)
+    ]
     patches = beside(np.full((24, 24, 3), a, np.uint8), np.full((24, 24, 3), b, np.uint8), gap=0)
     rows = (
         ("check A, of dark paint in the light: sRGB code", a), ("check B, of light paint in the shadow", b), ("equal", a == b),
@@ -247,34 +266,41 @@ LETTER_B = [[(-2, 3), (-2, -3.5), (1, -3.5), (2, -2), (1, -0.5), (-2, -0.5)], [(
 
 EXPERIMENTS = (
     Experiment(
-        "hue-saturation-value", "S2", "28-34", "Review: HSV Color Space", "Hue, saturation, value",
-        "Red and green make yellow, whose hue lies between theirs; a matrix would add the hues. Greys have no hue, and black is "
-        "V = 0. White has V = 1 like every pure colour, so V is the distance from black alone.",
+        "hue-saturation-value", "S2", "28-34", "Review: HSV Color Space",
+        "Hue, saturation, value",
+        "Red and green make yellow, whose hue lies between theirs; a matrix would add the hues. Greys have no hue, and "
+        "black is V = 0. White has V = 1 like every pure colour, so V is the distance from black alone.",
         hue_saturation_value, (74,), rgb_to_hsv, "np.stack([_hexagon_hue",
     ),
     Experiment(
-        "luma-and-chroma", "S2", "36-50", "Review: YIQ Color Space", "Y, I and Q",
-        "The slide's matrix: its rows add up to 1, 0 and 0, so a grey has no I and no Q, and a black and white set can show Y "
-        "alone. Green weighs most, then red, then blue.",
+        "luma-and-chroma", "S2", "36-50", "Review: YIQ Color Space",
+        "Y, I and Q",
+        "The slide's matrix: its rows add up to 1, 0 and 0, so a grey has no I and no Q, and a black and white set can "
+        "show Y alone. Green weighs most, then red, then blue.",
         luma_chroma, (75, 76), color.rgb_to_yiq, "i = forward[1, 0]",
     ),
     Experiment(
-        "luminance-and-intensity", "S2", "52-66", "Review: Luminance vs. Intensity", "How bright is a colour?",
-        "The mean of the three channels says that green and blue are equally bright; luminance says what is seen. V of HSV is the "
-        "largest channel and neither of them, though the slide puts them together; and .333 three times is .999, so white "
-        "becomes 254.7.",
+        "luminance-and-intensity", "S2", "52-66", "Review: Luminance vs. Intensity",
+        "How bright is a colour?",
+        "The mean of the three channels says that green and blue are equally bright; luminance says what is seen. V of "
+        "HSV is the largest channel and neither of them, though the slide puts them together; and .333 three times is "
+        ".999, so white becomes 254.7.",
         luminance_and_intensity, (76, 77), brightness.weigh, "green + (red *", slips=(15,),
     ),
     Experiment(
-        "white-balance", "S2", "68-77", "Review: Color Constancy", "White balance",
-        "A chart of paints under lamp light. Where nothing is known, grey world takes the mean for grey and white patch the "
-        "brightest for white; where the white is known, it is adapted in the cones. The six greys tell how well it went.",
+        "white-balance", "S2", "68-77", "Review: Color Constancy",
+        "White balance",
+        "A chart of paints under lamp light. Where nothing is known, grey world takes the mean for grey and white patch "
+        "the brightest for white; where the white is known, it is adapted in the cones. The six greys tell how well it "
+        "went.",
         balance, (78,), white_balance.grey_world, "_minkowski_mean(channel, 1)",
     ),
     Experiment(
-        "checker-shadow", "S3", "632-660", "Lighting Perception", "Check A and check B",
-        "Dark paint in the light and light paint in the shadow send the same light to the eye, to the last bit. B looks lighter "
-        "because its surround is darker, and because the soft edge tells of a shadow: a lamp has a size, so its shadow has a rim.",
+        "checker-shadow", "S3", "632-660", "Lighting Perception",
+        "Check A and check B",
+        "Dark paint in the light and light paint in the shadow send the same light to the eye, to the last bit. B looks "
+        "lighter because its surround is darker, and because the soft edge tells of a shadow: a lamp has a size, so its "
+        "shadow has a rim.",
         checker_shadow, (117,), checker_picture, "np.where(is_light",
     ),
 )  # fmt: skip

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +16,7 @@ import numpy as np
 from scanspan.lectures.experiments.figure import Panel, compose
 from scanspan.records import UInt8Array
 
-Cell = str | bool | int | float | Fraction
+Row = tuple[Any, ...]  # of words and numbers
 PACKAGE = Path(__file__).parents[2]
 
 
@@ -25,7 +24,7 @@ class Table(NamedTuple):
     """Numbers with headings; the first column tells what a row is about."""
 
     headings: tuple[str, ...]
-    rows: tuple[tuple[Any, ...], ...]
+    rows: tuple[Row, ...]
 
     def value(self, label: str, heading: str | int = 1) -> Any:
         """Return one number by the first cell of its row and by its heading, or the number of the column.
@@ -93,7 +92,7 @@ class Experiment(NamedTuple):
         return Source(file, max(start, 1) + hit, max(start, 1) + first, code)
 
 
-def table(*rows: tuple[Any, ...], headings: tuple[str, ...] = ("", "")) -> Table:
+def table(*rows: Row, headings: tuple[str, ...] = ("", "")) -> Table:
     """Return a table of rows."""
     return Table(headings, rows)
 
@@ -111,7 +110,7 @@ def written(value: Any) -> str:
     if isinstance(value, np.float32):
         return str(value)
     if isinstance(value, (float, np.floating)):
-        return f"{value:.6g}"
+        return f"{value + 0.0:.6g}"
     return str(value)
 
 

@@ -19,7 +19,14 @@ from scanspan.canvas import Canvas
 from scanspan.records import Array, Float64Array, UInt8Array
 
 # Colours that can be told apart by most people, on white (Okabe and Ito 2008).
-BLUE, ORANGE, GREEN, RED, VIOLET, SKY = (0, 114, 178), (230, 159, 0), (0, 158, 115), (213, 94, 0), (148, 83, 160), (86, 180, 233)
+BLUE, ORANGE, GREEN, RED, VIOLET, SKY = (
+    (0, 114, 178),
+    (230, 159, 0),
+    (0, 158, 115),
+    (213, 94, 0),
+    (148, 83, 160),
+    (86, 180, 233),
+)
 WHITE, PALE, GREY, INK = (255, 255, 255), (226, 230, 235), (140, 148, 158), (38, 44, 52)
 CURVES = (BLUE, RED, GREEN, ORANGE, VIOLET, SKY)
 SHEET_WIDTH = 1080
@@ -76,7 +83,8 @@ def shaded(values: ArrayLike, low: float, high: float, stops: Sequence[tuple[int
     place = np.clip((found - low) / (high - low), 0, 1) * (len(stops) - 1)
     first = np.minimum(place.astype(np.int64), len(stops) - 2)
     ends, share = np.array(stops, np.float64), (place - first)[..., None]
-    return np.rint(ends[first] * (1 - share) + ends[first + 1] * share).astype(np.uint8)
+    mixed: UInt8Array = np.rint(ends[first] * (1 - share) + ends[first + 1] * share).astype(np.uint8)
+    return mixed
 
 
 def with_outlines(
@@ -88,7 +96,8 @@ def with_outlines(
     canvas.pixels[..., :3] = np.asarray(pixels)[..., :3]
     for points in shapes:
         canvas.polyline(np.asarray(points, np.float64) * k, color, closed=closed, antialias=True, width=width, join="round")
-    return canvas.pixels[..., :3].copy()
+    drawn: UInt8Array = canvas.pixels[..., :3].copy()
+    return drawn
 
 
 def with_dots(pixels: Array, places: ArrayLike, k: int = 1, color: Any = INK, size: float = 4.0) -> UInt8Array:

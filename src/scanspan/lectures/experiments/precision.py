@@ -11,7 +11,7 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.lectures import edge_faults, fixed_point_faults
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table, table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table, table
 from scanspan.lectures.experiments.figure import Axis, chart, panel
 from scanspan.raster.setup import set_up_triangle
 from scanspan.records import Float64Array
@@ -37,7 +37,7 @@ def loss_of_precision() -> Result:
     """Compute the table of S4's slide in 32-bit floats."""
     x, h = np.float32(0.1), np.float32(10)
     correct = np.float32(math.cos(x))
-    rows, steps, errors = [], [], []
+    rows, steps, errors = list[Row](), list[float](), list[float]()
     for i, printed in enumerate(PRINTED):
         slope = slope_of_sine(x, h)
         error = np.float32(100) * (slope - correct) / correct
@@ -49,7 +49,9 @@ def loss_of_precision() -> Result:
     headings = ("i", "h", "slope", "error in %", "slide: slope", "slide: error", "same bits")
     rows.append(("correct", "", correct, "", "0.9950042", "", bool(correct == np.float32("0.9950042"))))
     shown = chart([("error of the slope", steps, errors)], Axis("h", is_log=True), Axis("error in percent", is_log=True))
-    return Result(Table(headings, tuple(rows)), (panel("Smaller steps help, until the two sines agree in most digits.", shown),))
+    return Result(
+        Table(headings, tuple(rows)), (panel("Smaller steps help, until the two sines agree in most digits.", shown),)
+    )
 
 
 def random_edges(reach: float, count: int = 4000) -> tuple[Float64Array, Float64Array]:
@@ -93,12 +95,14 @@ def precision_of_c() -> Result:
         Axis("how far edges go each way, in pixels", is_log=True), Axis("median relative error of C", is_log=True),
     )  # fmt: skip
     headings = ("edge, way to C", "median relative error", "worst miss of its own corners, px")
-    return Result(Table(headings, tuple(rows)), (panel("A difference of two large products loses what short edges need.", shown),))
+    return Result(
+        Table(headings, tuple(rows)), (panel("A difference of two large products loses what short edges need.", shown),)
+    )
 
 
 def precision_of_area() -> Result:
     """Compare the sum of three C with the cross product of two sides, and both with what the library does."""
-    rows = []
+    rows: list[Row] = []
     for size in (0.01, 0.1, 1.0, 10.0):
         found = edge_faults.demonstrate_area_precision(size)
         rows.append((f"{size:g} px", found.sum_of_c, found.cross_product, found.wrong_signs, found.triangles))
@@ -108,12 +112,14 @@ def precision_of_area() -> Result:
         Axis("size of the triangle in pixels", is_log=True), Axis("median relative error of the area", is_log=True),
     )  # fmt: skip
     headings = ("triangle", "error of the sum", "error of the cross product", "wrong signs", "of")
-    return Result(Table(headings, tuple(rows)), (panel("Averaging C does not save the area, which is the sum of all three.", shown),))
+    return Result(
+        Table(headings, tuple(rows)), (panel("Averaging C does not save the area, which is the sum of all three.", shown),)
+    )
 
 
 def fixed_point_lines() -> Result:
     """Measure how far the 12-bit edges pass from their own corners."""
-    rows, lengths = [], (1.0, 3.0, 10.0, 30.0, 100.0)
+    rows, lengths = list[Row](), (1.0, 3.0, 10.0, 30.0, 100.0)
     for length in lengths:
         found = fixed_point_faults.demonstrate_missed_vertices(length)
         rows.append((f"{length:g} px", found.median, found.worst, found.snapped_worst))
@@ -151,35 +157,40 @@ def digits_left() -> tuple[list[float], list[float]]:
 
 EXPERIMENTS = (
     Experiment(
-        "loss-of-precision", "S4", "229-268", "Loss of Precision", "A slope from two sines",
-        "The slope of sin at 0.1 from two values h apart. At first a smaller h is better; then the two sines agree in ever more "
-        "digits, their difference is made of what is left, and from the eleventh row on x + h and x - h are the same float. "
-        "The fifteen rows come out as the slide has them, to the last bit.",
+        "loss-of-precision", "S4", "229-268", "Loss of Precision",
+        "A slope from two sines",
+        "The slope of sin at 0.1 from two values h apart. At first a smaller h is better; then the two sines agree in "
+        "ever more digits, their difference is made of what is left, and from the eleventh row on x + h and x - h are the"
+        " same float. The fifteen rows come out as the slide has them, to the last bit.",
         loss_of_precision, (25, 27), slope_of_sine, "(ahead - behind)",
     ),
     Experiment(
-        "catastrophic-cancellation", "S0", "172-181", "Numerical Precision of the C coefficient", "What a difference keeps",
-        "1.234 x 10^3 - 1.233 x 10^3 is one digit where four went in. The nearer two numbers are, the fewer digits of their "
-        "difference were not made up by rounding.",
+        "catastrophic-cancellation", "S0", "172-181", "Numerical Precision of the C coefficient",
+        "What a difference keeps",
+        "1.234 x 10^3 - 1.233 x 10^3 is one digit where four went in. The nearer two numbers are, the fewer digits of "
+        "their difference were not made up by rounding.",
         four_digits, (25,), digits_left, "astype(np.float32) - a.astype",
     ),
     Experiment(
-        "precision-of-c", "S0", "183-191", "Maintaining Precision in C", "C three ways",
-        "The constant of an edge as a difference of products, from one corner, and as the average of both corners. For short "
-        "edges the first is so far off that the line misses its own corners by a pixel and more. The library snaps corners to "
-        "a grid first, and then C is a whole number.",
+        "precision-of-c", "S0", "183-191", "Maintaining Precision in C",
+        "C three ways",
+        "The constant of an edge as a difference of products, from one corner, and as the average of both corners. For "
+        "short edges the first is so far off that the line misses its own corners by a pixel and more. The library snaps "
+        "corners to a grid first, and then C is a whole number.",
         precision_of_c, (26,), snap_points, "np.rint(points",
     ),
     Experiment(
-        "precision-of-area", "S0", "320-325", "Triangle Set-up", "The area as a sum of three C",
-        "Each C is precise by itself, but their sum is the area, and the area is small where they are large: for triangles of "
-        "a hundredth of a pixel its sign is sometimes wrong, and the triangle is taken for turned over.",
+        "precision-of-area", "S0", "320-325", "Triangle Set-up",
+        "The area as a sum of three C",
+        "Each C is precise by itself, but their sum is the area, and the area is small where they are large: for "
+        "triangles of a hundredth of a pixel its sign is sometimes wrong, and the triangle is taken for turned over.",
         precision_of_area, (34,), set_up_triangle, "sign = halves_sign",
     ),
     Experiment(
-        "fixed-point-lines", "S4", "272-304", "EdgeEquation Object", "Edges in twelve bits",
-        "A, B and C are each cut off to 1/4096, without regard to the others, so the line no longer passes through the corners "
-        "that made it. Cutting off the corners instead, and forming A, B and C from those, is exact.",
+        "fixed-point-lines", "S4", "272-304", "EdgeEquation Object",
+        "Edges in twelve bits",
+        "A, B and C are each cut off to 1/4096, without regard to the others, so the line no longer passes through the "
+        "corners that made it. Cutting off the corners instead, and forming A, B and C from those, is exact.",
         fixed_point_lines, (29,), snap_points, "np.rint(points", slips=(10,),
     ),
 )  # fmt: skip

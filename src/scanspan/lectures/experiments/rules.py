@@ -11,10 +11,20 @@ from scanspan.canvas import Canvas
 from scanspan.geometry.fill_rule import is_filled
 from scanspan.lectures import ownership, walking
 from scanspan.lectures.compare import shipped_hits, shuffled_mesh
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE, GREY, INK, ORANGE, RED, SKY, WHITE, Panel, enlarged, gridded, painted, panel, with_outlines,
-)  # fmt: skip
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    WHITE,
+    Panel,
+    enlarged,
+    gridded,
+    painted,
+    panel,
+    with_outlines,
+)
 from scanspan.masks import coverage
 from scanspan.pipeline import count
 from scanspan.raster.edge import edge_bias
@@ -37,7 +47,7 @@ def pair_picture(rule: str, order: int, color: tuple[str, str] = ("royalblue", "
 
 def shared_edge_ordering() -> Result:
     """Draw two triangles in both orders, under three rules, opaque and half transparent."""
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for rule in ("inclusive", "exclusive", "top-left"):
         first, second = pair_picture(rule, 0), pair_picture(rule, 1)
         hits = count(PAIR, (17, 14), rule=rule)
@@ -65,7 +75,12 @@ def which_pixels() -> Result:
     for rule in ("draw", "do not draw", "no right or bottom"):
         hits = ownership.rule_hits(mesh, size, rule)
         colors = [ORANGE if rule == "do not draw" else WHITE, *HITS[1:]]
-        panels.append(panel(f"{rule}: blue once, red twice, dark more often, orange never", with_outlines(gridded(painted(hits, colors), k), list(mesh + 0.5), k, GREY, 1)))
+        panels.append(
+            panel(
+                f"{rule}: blue once, red twice, dark more often, orange never",
+                with_outlines(gridded(painted(hits, colors), k), list(mesh + 0.5), k, GREY, 1),
+            )
+        )
     headings = ("rule", "samples", "gaps", "drawn more than once")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
@@ -77,7 +92,7 @@ def golden_triangles() -> Result:
         "triangle (0, 5), (0, 0), (5, 5)": ([[(0, 5), (0, 0), (5, 5)]], 10),
         "rectangle of both": ([[(0, 0), (5, 0), (5, 5)], [(0, 5), (0, 0), (5, 5)]], 25),
     }
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for name, (triangles, expected) in shapes.items():
         hits = shipped_hits(triangles, (7, 7))
         rows.append((name, int(hits.sum()), expected))
@@ -110,7 +125,10 @@ def shadow_rule() -> Result:
     size, k = (9, 8), 20
     square = np.array([[(1, 1), (7, 1), (7, 6)], [(1, 1), (7, 6), (1, 6)]], np.float64)
     panels = [
-        panel(f"{rule}: pixels of a rectangle", with_outlines(gridded(painted(shipped_hits(square, size, rule), HITS), k), list(square + 0.5), k))
+        panel(
+            f"{rule}: pixels of a rectangle",
+            with_outlines(gridded(painted(shipped_hits(square, size, rule), HITS), k), list(square + 0.5), k),
+        )
         for rule in ("top-left", "bottom-left")
     ]
     rows = (
@@ -131,8 +149,12 @@ def star(points: int, turns: int, radius: float, middle: float) -> Float64Array:
 def fill_rules() -> Result:
     """Fill a pentagram, and a square with two squares in it, by the five fill rules."""
     rings = [star(5, 2, 18, 20.3)]
-    boxes = [[(2, 2), (2, 38), (38, 38), (38, 2)], [(8, 8), (8, 32), (32, 32), (32, 8)], [(14, 14), (26, 14), (26, 26), (14, 26)]]
-    rows, panels = [], []
+    boxes = [
+        [(2, 2), (2, 38), (38, 38), (38, 2)],
+        [(8, 8), (8, 32), (32, 32), (32, 8)],
+        [(14, 14), (26, 14), (26, 26), (14, 26)],
+    ]
+    rows, panels = list[Row](), list[Panel]()
     for rule in ("even-odd", "non-zero", "positive", "negative", "abs-geq-two"):
         shown: list[Array] = []
         numbers = []
@@ -150,41 +172,48 @@ def fill_rules() -> Result:
 
 EXPERIMENTS = (
     Experiment(
-        "which-pixels", "S1", "98-113", "Triangle Rasterization Issues", "Which pixels are lit, by every rule",
-        "A mesh without gap or overlap whose edges run through samples. Drawing pixels on edges draws them twice, not drawing "
-        "them leaves gaps. 'Left or top' works if a corner counts as on the right or bottom edge as well; the off-screen point "
-        "works if it lies on no edge's line, and (-1, -1) often does.",
+        "which-pixels", "S1", "98-113", "Triangle Rasterization Issues",
+        "Which pixels are lit, by every rule",
+        "A mesh without gap or overlap whose edges run through samples. Drawing pixels on edges draws them twice, not "
+        "drawing them leaves gaps. 'Left or top' works if a corner counts as on the right or bottom edge as well; the "
+        "off-screen point works if it lies on no edge's line, and (-1, -1) often does.",
         which_pixels, (38, 43, 44, 45, 47), edge_bias, "owns = is_left |", slips=(6, 21),
     ),
     Experiment(
-        "shared-edge-ordering", "S2", "375-389", "Triangle Rasterization Issues", "Shared edge ordering",
-        "Two triangles with an upright edge in common that runs through the middles of pixels. If both draw it, the last one "
-        "wins, so the picture depends on the order; if neither does, there is a gap. With a rule each pixel has one owner.",
+        "shared-edge-ordering", "S2", "375-389", "Triangle Rasterization Issues",
+        "Shared edge ordering",
+        "Two triangles with an upright edge in common that runs through the middles of pixels. If both draw it, the last "
+        "one wins, so the picture depends on the order; if neither does, there is a gap. With a rule each pixel has one "
+        "owner.",
         shared_edge_ordering, (44, 49), edge_bias, "return np.int64(0) if owns",
     ),
     Experiment(
-        "golden-triangles", "S2", "385-389", "Triangle Rasterization Issues", "Left or top, checked against a known answer",
-        "Direct3D 9 has the rule of the slide and samples at whole coordinates as the lectures do; its documentation counts "
-        "15, 10 and 25 pixels.",
+        "golden-triangles", "S2", "385-389", "Triangle Rasterization Issues",
+        "Left or top, checked against a known answer",
+        "Direct3D 9 has the rule of the slide and samples at whole coordinates as the lectures do; its documentation "
+        "counts 15, 10 and 25 pixels.",
         golden_triangles, (44,), edge_bias, "is_level & (b > 0)",
     ),
     Experiment(
-        "ceil-and-floor", "S4", "133-139", "Fractional Offsets", "Ceiling and floor",
-        "Ceiling for the leftmost pixel and floor for the rightmost includes both ends of a span, so an upright edge through "
-        "samples is drawn by both neighbours. And a value taken from the edge, without the way from there to the pixel, is off by "
-        "up to a step.",
+        "ceil-and-floor", "S4", "133-139", "Fractional Offsets",
+        "Ceiling and floor",
+        "Ceiling for the leftmost pixel and floor for the rightmost includes both ends of a span, so an upright edge "
+        "through samples is drawn by both neighbours. And a value taken from the edge, without the way from there to the "
+        "pixel, is off by up to a step.",
         ceil_and_floor, (14, 16), first_sample, "return -((sample", slips=(8,),
     ),
     Experiment(
-        "shadow-rule", "S3", "325-334", "Shadow Rule", "The shadow rule is top-left upside down",
-        "S3 sweeps upwards and S1 and S2 downwards. Not to own edges that are on top or face right, with y up, is to own left "
-        "and bottom edges: the other rule in a mirror.",
+        "shadow-rule", "S3", "325-334", "Shadow Rule",
+        "The shadow rule is top-left upside down",
+        "S3 sweeps upwards and S1 and S2 downwards. Not to own edges that are on top or face right, with y up, is to own "
+        "left and bottom edges: the other rule in a mirror.",
         shadow_rule, (46,), edge_bias, "owns = is_left | (is_level & (b < 0))", slips=(17,),
     ),
     Experiment(
-        "fill-rules", "S3", "338-356", "Extensions", "Polygons that cross themselves",
-        "In or out is a matter of counting, and of what the count means: odd, not zero, positive, negative, or two and more. For "
-        "a pentagram the middle is inside or not, as the rule has it.",
+        "fill-rules", "S3", "338-356", "Extensions",
+        "Polygons that cross themselves",
+        "In or out is a matter of counting, and of what the count means: odd, not zero, positive, negative, or two and "
+        "more. For a pentagram the middle is inside or not, as the rule has it.",
         fill_rules, (97,), is_filled, "return bool(crossings & 1",
     ),
 )  # fmt: skip

@@ -80,7 +80,13 @@ def lecture_picture(corners: Float64Array, colors: UInt8Array, size: tuple[int, 
 
 
 def canvas_picture(
-    corners: Float64Array, colors: UInt8Array, size: tuple[int, int], *, is_smooth: bool, rule: str, algorithm: str = "half-space"
+    corners: Float64Array,
+    colors: UInt8Array,
+    size: tuple[int, int],
+    *,
+    is_smooth: bool,
+    rule: str,
+    algorithm: str = "half-space",
 ) -> UInt8Array:
     """Draw a scene on a canvas, sampled where the slides sample: (H, W, 3)."""
     canvas = Canvas(*size, "black")
@@ -108,7 +114,13 @@ def compare_scene(name: str, *, is_smooth: bool) -> tuple[tuple[object, ...], li
         panel(f"{name}: this library, top-left rule", shipped, scale),
     ]
     if not is_smooth:
-        panels.append(panel(f"{name}: pixels that the rule gives to another triangle", painted(moved, [(244, 246, 249), (213, 94, 0)]), scale))
+        panels.append(
+            panel(
+                f"{name}: pixels that the rule gives to another triangle",
+                painted(moved, [(244, 246, 249), (213, 94, 0)]),
+                scale,
+            )
+        )
     return row, panels
 
 
@@ -143,37 +155,45 @@ def arbitrary_parameters() -> Result:
     length = np.linalg.norm(normal, axis=2)
     checks = (np.floor(uv * 8).sum(axis=2) % 2).astype(np.uint8)
     unit = normal / np.where(inside, length, 1)[..., None]
+    far, near = float(seen.depth[inside].min()), float(seen.depth[inside].max())
     pictures = {
-        "r, g, b": np.rint(weights * 255), "depth": shaded(seen.depth, *np.quantile(seen.depth[inside], (0, 1)), [(12, 34, 80), (230, 240, 250)]),
-        "u, v as a checkerboard": painted(checks, [(250, 235, 200), (60, 80, 120)]), "normals": np.rint(unit * 127.5 + 127.5),
-    }  # fmt: skip
+        "r, g, b": np.rint(weights * 255),
+        "depth": shaded(seen.depth, far, near, [(12, 34, 80), (230, 240, 250)]),
+        "u, v as a checkerboard": painted(checks, [(250, 235, 200), (60, 80, 120)]),
+        "normals": np.rint(unit * 127.5 + 127.5),
+    }
     panels = [panel(name, np.where(inside[..., None], pixels, 255), 2) for name, pixels in pictures.items()]
     sums = float(np.abs(weights[inside].sum(axis=1) - 1).max())
     rows = (
-        ("pixels", int(inside.sum())), ("weights add up to 1, worst error", sums), ("least weight", float(weights[inside].min())),
+        ("pixels", int(inside.sum())),
+        ("weights add up to 1, worst error", sums),
+        ("least weight", float(weights[inside].min())),
         ("shortest interpolated normal, before it is made a unit again", float(length[inside].min())),
-    )  # fmt: skip
+    )
     return Result(Table(("", ""), rows), tuple(panels))
 
 
 EXPERIMENTS = (
     Experiment(
-        "flat-scenes", "S0", "365-394", "Demonstration", "A simple and a complicated scene, flat",
-        "A list of triangles is cleared, drawn and shown. Each triangle has the average of its corners' colours. The program of "
-        "the slide draws pixels on an edge for both neighbours, so the last one drawn wins; under the top-left rule the order "
-        "decides nothing between neighbours.",
+        "flat-scenes", "S0", "365-394", "Demonstration",
+        "A simple and a complicated scene, flat",
+        "A list of triangles is cleared, drawn and shown. Each triangle has the average of its corners' colours. The "
+        "program of the slide draws pixels on an edge for both neighbours, so the last one drawn wins; under the top-left"
+        " rule the order decides nothing between neighbours.",
         flat_scenes, (31, 42), edge_bias, "is_left = a > 0",
     ),
     Experiment(
-        "smooth-scenes", "S4", "684-688", "Demonstrations of smooth triangles", "A simple and a complicated scene, smooth",
-        "The same scenes with a colour at each corner. In floating point and with the half that S4 adds, the program of the slides "
-        "and the library differ by a level at most, where rounding falls the other way.",
+        "smooth-scenes", "S4", "684-688", "Demonstrations of smooth triangles",
+        "A simple and a complicated scene, smooth",
+        "The same scenes with a colour at each corner. In floating point and with the half that S4 adds, the program of "
+        "the slides and the library differ by a level at most, where rounding falls the other way.",
         smooth_scenes, (60, 62), Canvas.triangles, "paint_gouraud",
     ),
     Experiment(
-        "arbitrary-parameters", "S0", "523-527", "Demo: Smooth Triangles", "Any parameter over a triangle",
-        "Colour, depth, texture coordinates and normals are all sums of three weights. The weights are right in perspective: the "
-        "checks get smaller with distance. A normal comes out too short and has to be made a unit again.",
+        "arbitrary-parameters", "S0", "523-527", "Demo: Smooth Triangles",
+        "Any parameter over a triangle",
+        "Colour, depth, texture coordinates and normals are all sums of three weights. The weights are right in "
+        "perspective: the checks get smaller with distance. A normal comes out too short and has to be made a unit again.",
         arbitrary_parameters, (51, 62), barycentric_kernel, "w0, w1, w2 = w0 / total",
     ),
 )  # fmt: skip

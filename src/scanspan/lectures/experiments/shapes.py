@@ -9,10 +9,24 @@ import numpy as np
 
 from scanspan.canvas import Canvas
 from scanspan.lectures import half_planes
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE, GREY, INK, RED, SKY, WHITE, Axis, chart, enlarged, gridded, painted, panel, shaded, with_dots, with_outlines,
-)  # fmt: skip
+    BLUE,
+    INK,
+    RED,
+    SKY,
+    WHITE,
+    Axis,
+    Panel,
+    chart,
+    enlarged,
+    gridded,
+    painted,
+    panel,
+    shaded,
+    with_dots,
+    with_outlines,
+)
 from scanspan.lectures.experiments.rules import star
 from scanspan.masks import coverage
 from scanspan.pipeline import count, rasterize
@@ -50,25 +64,39 @@ def circle(n: int, radius: float, middle: float) -> Float64Array:
 
 def approximation() -> Result:
     """Approximate a circle and a hippo by polygons with more and more sides."""
-    radius, middle, rows, panels = 30.0, 32.5, [], []
+    radius, middle, rows, panels = 30.0, 32.5, list[Row](), list[Panel]()
     for n in (3, 4, 6, 8, 12, 16, 24, 32, 64, 128):
         points = circle(n, radius, middle)
         deepest = radius - float(np.hypot(*((points + np.roll(points, -1, axis=0)) / 2 - middle).T).min())
         area = float(coverage(points, (66, 66), mode="area").sum())
-        rows.append((n, radius * (1 - np.cos(np.pi / n)), radius * np.pi**2 / (2 * n**2), deepest, 100 * (1 - area / (np.pi * radius**2))))
+        rows.append(
+            (
+                n,
+                radius * (1 - np.cos(np.pi / n)),
+                radius * np.pi**2 / (2 * n**2),
+                deepest,
+                100 * (1 - area / (np.pi * radius**2)),
+            )
+        )
         if n in (3, 6, 12, 24):
             canvas = Canvas(66, 66, "white")
             canvas.polygon(points, BLUE, antialias=True)
-            panels.append(panel(f"{n} sides", with_outlines(enlarged(canvas.pixels, 2), [circle(200, radius, middle)], 2, RED, 1)))
+            panels.append(
+                panel(f"{n} sides", with_outlines(enlarged(canvas.pixels, 2), [circle(200, radius, middle)], 2, RED, 1))
+            )
     whole = smooth_curve(HIPPO, 16)
     for step in (64, 32, 16, 4):
         canvas = Canvas(120, 80, "white")
         canvas.polygon(whole[::step], (134, 124, 138), antialias=True)
         panels.append(panel(f"a hippo of {len(whole[::step])} sides", canvas.pixels, 2))
     shown = chart(
-        [("R (1 - cos pi/n)", [row[0] for row in rows], [row[1] for row in rows]), ("R pi^2 / 2 n^2", [row[0] for row in rows], [row[2] for row in rows])],
-        Axis("sides", is_log=True), Axis("largest distance from a circle of radius 30, in pixels", is_log=True),
-    )  # fmt: skip
+        [
+            ("R (1 - cos pi/n)", [row[0] for row in rows], [row[1] for row in rows]),
+            ("R pi^2 / 2 n^2", [row[0] for row in rows], [row[2] for row in rows]),
+        ],
+        Axis("sides", is_log=True),
+        Axis("largest distance from a circle of radius 30, in pixels", is_log=True),
+    )
     headings = ("sides", "R (1 - cos pi/n)", "R pi^2 / 2 n^2", "measured, px", "area missing, %")
     return Result(Table(headings, tuple(rows)), (*panels, panel("Twice the sides, a quarter of the error", shown)))
 
@@ -83,7 +111,7 @@ SHAPES: dict[str, list[tuple[float, float]]] = {
 
 def triangulations() -> Result:
     """Cut four polygons into triangles, and compare the picture of the triangles with that of the polygon."""
-    rows, panels, size = [], [], (41, 41)
+    rows, panels, size = list[Row](), list[Panel](), (41, 41)
     for name, points in SHAPES.items():
         mesh = triangulate(points, "non-zero", subpixel_bits=8)
         places = np.asarray(mesh.positions)[:, :2]
@@ -98,16 +126,31 @@ def triangulations() -> Result:
         canvas = Canvas(41 * 5, 41 * 5, "white")
         canvas.triangles(corners * 5, tones)
         shown = with_outlines(canvas.pixels, list(corners), 5, INK, 1.2)
-        panels.append(panel(f"{name}: {len(corners)} triangles, {made} new points", with_dots(shown, places[len(points) :], 5, RED, 8) if made else shown))
+        panels.append(
+            panel(
+                f"{name}: {len(corners)} triangles, {made} new points",
+                with_dots(shown, places[len(points) :], 5, RED, 8) if made else shown,
+            )
+        )
     convex = np.array(SHAPES["convex, 7 corners"])
     fan = [(0, k, k + 1) for k in range(1, len(convex) - 1)]
     listed = half_planes.fan(len(convex))
     hits = count(convex[np.array(fan)], size)
-    rows.append(("fan of the convex one", len(fan), 0, int((hits > 1).sum()), int(((hits > 0) != coverage(convex, size)).sum()), "", ""))
+    rows.append(
+        ("fan of the convex one", len(fan), 0, int((hits > 1).sum()), int(((hits > 0) != coverage(convex, size)).sum()), "", "")
+    )
     rows.append(("fan of the slide for n = 7, p0 to p7", len(listed), "", "", "", "", ""))
     picture = with_outlines(np.full((205, 205, 3), 255, np.uint8), list(convex[np.array(fan)]), 5, BLUE, 1.4)
     panels.append(panel("fan of the convex one: n - 2 triangles", picture))
-    headings = ("polygon", "triangles", "new points", "pixels drawn twice", "other than the polygon's", "area of the triangles", "area of the polygon")
+    headings = (
+        "polygon",
+        "triangles",
+        "new points",
+        "pixels drawn twice",
+        "other than the polygon's",
+        "area of the triangles",
+        "area of the polygon",
+    )
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 
@@ -140,7 +183,9 @@ def convexity() -> Result:
 def rotations(steps: int) -> Float64Array:
     """Return matrices that turn the plane, (steps, 2, 2)."""
     angle = np.arange(steps) * 2 * np.pi / steps
-    return np.stack([np.stack([np.cos(angle), -np.sin(angle)], axis=1), np.stack([np.sin(angle), np.cos(angle)], axis=1)], axis=1)
+    return np.stack(
+        [np.stack([np.cos(angle), -np.sin(angle)], axis=1), np.stack([np.sin(angle), np.cos(angle)], axis=1)], axis=1
+    )
 
 
 def sphere(rings: int) -> tuple[Float64Array, Array]:
@@ -155,17 +200,41 @@ def sphere(rings: int) -> tuple[Float64Array, Array]:
 
 def five_primitives() -> Result:
     """Work the slide's sum, and measure models: how many triangles have a visible sample, how many there are for each pixel."""
-    rows: list[tuple[object, ...]] = [("the slide: 10^8 primitives, 2 x 10^6 pixels, 10 % visible", 100_000_000, 2_000_000, 10.0, 100_000_000 * 0.1 / 2_000_000)]
+    rows: list[Row] = [
+        (
+            "the slide: 10^8 primitives, 2 x 10^6 pixels, 10 % visible",
+            100_000_000,
+            2_000_000,
+            10.0,
+            100_000_000 * 0.1 / 2_000_000,
+        )
+    ]
     panels, size = [], (96, 96)
     for rings in (8, 32, 128, 512):
         points, triangles = sphere(rings)
         clip = np.concatenate([points * (0.8, 0.8, -0.8), np.ones((len(points), 1))], axis=1)
         seen = rasterize(clip, triangles, size)
         covered = int((seen.primitive >= 0).sum())
-        facing = count(np.stack([(clip[:, 0] + 1) * 48, (1 - clip[:, 1]) * 48], axis=1)[triangles], size, cull="back", coverage="touched")
+        facing = count(
+            np.stack([(clip[:, 0] + 1) * 48, (1 - clip[:, 1]) * 48], axis=1)[triangles], size, cull="back", coverage="touched"
+        )
         shown = len(np.unique(seen.primitive)) - 1
-        rows.append((f"a ball of {len(triangles):,} triangles", len(triangles), covered, 100 * shown / len(triangles), float(facing[seen.primitive >= 0].mean())))
-        panels.append(panel(f"{len(triangles):,} triangles: how many touch a pixel", shaded(np.log2(1 + facing), 0, 7, [WHITE, (253, 208, 162), (217, 72, 1), (70, 20, 10)]), 2))
+        rows.append(
+            (
+                f"a ball of {len(triangles):,} triangles",
+                len(triangles),
+                covered,
+                100 * shown / len(triangles),
+                float(facing[seen.primitive >= 0].mean()),
+            )
+        )
+        panels.append(
+            panel(
+                f"{len(triangles):,} triangles: how many touch a pixel",
+                shaded(np.log2(1 + facing), 0, 7, [WHITE, (253, 208, 162), (217, 72, 1), (70, 20, 10)]),
+                2,
+            )
+        )
     headings = ("model", "triangles", "pixels", "visible in a sample, %", "primitives a pixel")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
@@ -175,7 +244,9 @@ SPLATS = ((130_712, 132), (259_975, 215), (1_017_149, 722), (14_835_967, 8308))
 
 def splats() -> Result:
     """Work out the rates of the slide's four pictures, and draw a ball of points at four refinements."""
-    rows: list[tuple[object, ...]] = [(f"the slide: {number:,} splats in {ms:,} ms", number, ms, number / ms / 1000, "") for number, ms in SPLATS]
+    rows: list[Row] = [
+        (f"the slide: {number:,} splats in {ms:,} ms", number, ms, number / ms / 1000, "") for number, ms in SPLATS
+    ]
     panels = []
     for number, size in ((600, 8.0), (2400, 4.0), (9600, 2.0), (38400, 1.0)):
         k = np.arange(number) + 0.5
@@ -197,33 +268,39 @@ def splats() -> Result:
 
 EXPERIMENTS = (
     Experiment(
-        "convexity", "S0", "46-52", "Triangles are always Convex", "One span a scan line",
-        "However a triangle is turned, a scan line meets it in one span. A polygon that is not convex has several, and how many "
-        "depends on how it is turned.",
+        "convexity", "S0", "46-52", "Triangles are always Convex",
+        "One span a scan line",
+        "However a triangle is turned, a scan line meets it in one span. A polygon that is not convex has several, and "
+        "how many depends on how it is turned.",
         convexity, (8,), count, "run(algorithm, order",
     ),
     Experiment(
-        "polygonal-approximation", "S0", "54-60", "Triangles can approximate arbitrary shapes", "More sides, a better fit",
-        "A polygon of n sides misses its circle by R (1 - cos pi/n), which is close to R pi^2 / 2 n^2: twice the sides, a quarter "
-        "of the error. Even hippos are made of polygons.",
-        approximation, (9,), coverage, 'return block.count() if mode == "area"',
+        "polygonal-approximation", "S0", "54-60", "Triangles can approximate arbitrary shapes",
+        "More sides, a better fit",
+        "A polygon of n sides misses its circle by R (1 - cos pi/n), which is close to R pi^2 / 2 n^2: twice the sides, a"
+        " quarter of the error. Even hippos are made of polygons.",
+        approximation, (9,), coverage, "return block.count() if mode == \"area\"",
     ),
     Experiment(
-        "triangulations", "S0", "66-70", "Polygons can be Decomposed into Triangles", "Polygons cut into triangles",
-        "A convex polygon is a fan of n - 2 triangles; the slide's p0 to pn are n + 1 corners. Every simple polygon can be cut, not "
-        "'usually'; one that crosses itself needs new points, one for a bow tie and five for a pentagram. No pixel is drawn twice.",
+        "triangulations", "S0", "66-70", "Polygons can be Decomposed into Triangles",
+        "Polygons cut into triangles",
+        "A convex polygon is a fan of n - 2 triangles; the slide's p0 to pn are n + 1 corners. Every simple polygon can "
+        "be cut, not 'usually'; one that crosses itself needs new points, one for a bow tie and five for a pentagram. No "
+        "pixel is drawn twice.",
         triangulations, (10, 11, 12), triangulate, "cut = triangulate_rings(", slips=(7,),
     ),
     Experiment(
-        "five-primitives-a-pixel", "S0", "531-543", "A Post-Triangle World?", "Five primitives for each pixel",
-        "A hundred million primitives on two million pixels, a tenth of them visible: five for each pixel. A ball of a million "
-        "triangles on 96 x 96 pixels has far more, and almost none of them owns a sample.",
+        "five-primitives-a-pixel", "S0", "531-543", "A Post-Triangle World?",
+        "Five primitives for each pixel",
+        "A hundred million primitives on two million pixels, a tenth of them visible: five for each pixel. A ball of a "
+        "million triangles on 96 x 96 pixels has far more, and almost none of them owns a sample.",
         five_primitives, (120, 121), count, "run(algorithm, order",
     ),
     Experiment(
-        "splats", "S0", "545-566", "Point-Cloud Rendering", "Points instead of triangles",
-        "From the slide's four pictures follow rates of 0.99 to 1.79 million splats a second: the rate rises with the number, "
-        "because small splats fill fewer pixels. Below, a ball refined in four steps.",
+        "splats", "S0", "545-566", "Point-Cloud Rendering",
+        "Points instead of triangles",
+        "From the slide's four pictures follow rates of 0.99 to 1.79 million splats a second: the rate rises with the "
+        "number, because small splats fill fewer pixels. Below, a ball refined in four steps.",
         splats, (122, 123), Canvas.points, "self.triangles(corners",
     ),
 )  # fmt: skip

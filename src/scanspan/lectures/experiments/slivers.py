@@ -10,10 +10,24 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.canvas import Canvas
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE, INK, PALE, WHITE, Axis, beside, chart, enlarged, gridded, painted, panel, shaded, stacked, with_dots, with_outlines,
-)  # fmt: skip
+    BLUE,
+    INK,
+    WHITE,
+    Axis,
+    Panel,
+    beside,
+    chart,
+    enlarged,
+    gridded,
+    painted,
+    panel,
+    shaded,
+    stacked,
+    with_dots,
+    with_outlines,
+)
 from scanspan.masks import coverage
 from scanspan.pipeline import count, count_each, rasterize
 from scanspan.raster.area import spread_row
@@ -78,15 +92,22 @@ def moving_slivers() -> Result:
     """Move a sliver down by a pixel in sixteen steps, and draw each step four ways."""
     (ax, ay), (bx, by), (cx, cy) = SLIVER
     area = abs((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)) / 2
-    ways, rows, panels, lights = {"1 sample": 1, "4 samples": 4, "16 samples": 16, "exact area": 0}, [], [], []
+    ways, rows, panels, lights = (
+        {"1 sample": 1, "4 samples": 4, "16 samples": 16, "exact area": 0},
+        list[Row](),
+        list[Panel](),
+        [],
+    )
     for name, samples in ways.items():
-        frames = np.stack([shares(SLIVER + (0, k / STEPS), SIZE, samples) for k in range(STEPS)])
+        frames = np.stack([shares(SLIVER + np.array([0, k / STEPS]), SIZE, samples) for k in range(STEPS)])
         found = measure(frames, area)
         rows.append((name, *found))
         lights.append((name, np.arange(STEPS) / STEPS, frames.sum(axis=(1, 2)) / area))
         film = stacked(*[shaded(frames[k], 0, 1) for k in range(0, STEPS, 4)])
         panels.append(panel(f"{name}: four of sixteen steps", film, 4))
-    panels.append(panel("Light of the sliver while it moves, over its area", chart(lights, Axis("moved by, in pixels"), Axis("light"))))
+    panels.append(
+        panel("Light of the sliver while it moves, over its area", chart(lights, Axis("moved by, in pixels"), Axis("light")))
+    )
     headings = ("drawn with", "mean light / area", "std / mean", "longest gap", "most pieces", "flicker")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
@@ -123,14 +144,16 @@ def sliver_average(cases: int = 299) -> Result:
         ("triangles alone for which that is so", alone),
     )  # fmt: skip
     half = np.array([(2.25, 1.5), (8.5, 3.0), (4.0, 7.75)])
-    shape = parallelogram(half) + (0.0, 3.5)
+    shape = parallelogram(half) + np.array([0.0, 3.5])
     hits = count(shape, (12, 12))
     shown = with_outlines(gridded(painted(hits, [WHITE, (150, 200, 235), INK]), 20), list(shape), 20)
-    return Result(Table(("", ""), numbers), (panel("A triangle and its reflection: no sample of theirs is owned twice.", shown),))
+    return Result(
+        Table(("", ""), numbers), (panel("A triangle and its reflection: no sample of theirs is owned twice.", shown),)
+    )
 
 
 def sampling_criteria() -> Result:
-    """Ask three questions about one triangle: how close is it, how much of the pixel is covered, is the sample inside?"""
+    """Ask three things of one triangle: how close it is, how much of a pixel it covers, whether the sample is inside."""
     points, size, k = np.array([(2.25, 1.375), (13.625, 4.875), (5.25, 11.75)]), (16, 13), 16
     (ax, ay), (bx, by), (cx, cy) = points
     area = abs((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)) / 2
@@ -145,10 +168,13 @@ def sampling_criteria() -> Result:
     thin = Canvas(*size, "white")
     thin.lines([points[[0, 1]], points[[1, 2]], points[[2, 0]]], "black")
     outline = (thin.pixels[..., 0] == 0).astype(np.float64)
-    rows.append(("closeness: within half a pixel of its sides", int(outline.sum()), float(outline.sum()), float(outline.sum()) - area))
+    rows.append(
+        ("closeness: within half a pixel of its sides", int(outline.sum()), float(outline.sum()), float(outline.sum()) - area)
+    )
     ways["closeness: within half a pixel of its sides"] = outline
     panels = [
-        panel(name, with_outlines(enlarged(shaded(found, 0, 1, [WHITE, BLUE]), k), [points], k, INK)) for name, found in ways.items()
+        panel(name, with_outlines(enlarged(shaded(found, 0, 1, [WHITE, BLUE]), k), [points], k, INK))
+        for name, found in ways.items()
     ]
     headings = ("criterion", "pixels above 0", "sum", f"sum - area ({area:.4g})")
     return Result(Table(headings, tuple(rows)), tuple(panels))
@@ -159,7 +185,7 @@ def aliasing() -> Result:
     points, size, k = np.array([(1.3, 1.2), (22.6, 7.9), (8.2, 20.4)]), (24, 22), 8
     exact = shares(points, size, 0)
     border = (exact > 0) & (exact < 1)
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for samples in (*POSITIONS, 0):
         found = shares(points, size, samples)
         error = np.abs(found - exact)
@@ -183,7 +209,7 @@ def display_coordinates() -> Result:
     shape = np.array([(0.1, 0.16), (0.93, 0.31), (0.57, 0.52), (0.71, 0.9), (0.22, 0.81), (0.36, 0.45)])
     x, y = shape.T
     area = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for side in (8, 16, 32, 64, 128, 256, 512):
         drawn = coverage(shape * side, (side, side))
         moved = [float(coverage(shape * side + k / 16, (side + 1, side + 1)).sum()) / side**2 for k in range(16)]
@@ -197,7 +223,7 @@ def display_coordinates() -> Result:
 def conflation() -> Result:
     """Lay two halves of a white square side by side over black, with a common edge inside of pixels."""
     left, right = [(2, 2), (8.5, 2), (8.5, 10), (2, 10)], [(8.5, 2), (15, 2), (15, 10), (8.5, 10)]
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for name, wording in (("over", "each over what was there"), ("disjoint", "added up, laid over once")):
         for blend in ("srgb", "linear"):
             canvas = Canvas(17, 12, "black", blend=blend)
@@ -217,40 +243,47 @@ def conflation() -> Result:
 
 EXPERIMENTS = (
     Experiment(
-        "sampling-criteria", "S0", "14-25", "Primitive Rasterization", "Three criteria for one triangle",
-        "Is the sample inside, how much of the pixel's square or of a softer aperture is covered, how close is the primitive? "
-        "Shares add up to the area, whatever the aperture; a count of samples does only on average.",
-        sampling_criteria, (1, 2, 3, 4), coverage, 'return block.count() if mode == "area"',
+        "sampling-criteria", "S0", "14-25", "Primitive Rasterization",
+        "Three criteria for one triangle",
+        "Is the sample inside, how much of the pixel's square or of a softer aperture is covered, how close is the "
+        "primitive? Shares add up to the area, whatever the aperture; a count of samples does only on average.",
+        sampling_criteria, (1, 2, 3, 4), coverage, "return block.count() if mode == \"area\"",
     ),
     Experiment(
-        "display-coordinates", "S2", "93-97", "Scan Conversion", "The display gives the scale",
-        "The same shape on displays of 8 to 512 pixels. Only in display coordinates are there pixels to fill; the finer they "
-        "are, the nearer their number comes to the area.",
-        display_coordinates, (5, 6), coverage, 'return block.count() if mode == "area"',
+        "display-coordinates", "S2", "93-97", "Scan Conversion",
+        "The display gives the scale",
+        "The same shape on displays of 8 to 512 pixels. Only in display coordinates are there pixels to fill; the finer "
+        "they are, the nearer their number comes to the area.",
+        display_coordinates, (5, 6), coverage, "return block.count() if mode == \"area\"",
     ),
     Experiment(
-        "moving-slivers", "S2", "371-373", "Triangle Rasterization Issues", "Moving slivers",
-        "A triangle a third of a pixel thin moves down by one pixel in sixteen steps. With one sample a pixel it breaks into "
-        "pieces that crawl and twinkle; with more samples it holds together, and with exact shares its light is the same in "
-        "every step.",
+        "moving-slivers", "S2", "371-373", "Triangle Rasterization Issues",
+        "Moving slivers",
+        "A triangle a third of a pixel thin moves down by one pixel in sixteen steps. With one sample a pixel it breaks "
+        "into pieces that crawl and twinkle; with more samples it holds together, and with exact shares its light is the "
+        "same in every step.",
         moving_slivers, (48, 96), spread_row, "cover += sums[x]",
     ),
     Experiment(
-        "pixels-on-average", "S2", "376-384", "Triangle Rasterization Issues", "As many pixels as area, on average",
-        "One triangle has not as many pixels as area, not even on average over all sub-pixel offsets. A triangle together with "
-        "its reflection does, exactly: each sample of the parallelogram has one owner. This tests a rule without any oracle.",
+        "pixels-on-average", "S2", "376-384", "Triangle Rasterization Issues",
+        "As many pixels as area, on average",
+        "One triangle has not as many pixels as area, not even on average over all sub-pixel offsets. A triangle together"
+        " with its reflection does, exactly: each sample of the parallelogram has one owner. This tests a rule without "
+        "any oracle.",
         sliver_average, (47, 48), scan_row, "inside = ((f0",
     ),
     Experiment(
-        "aliasing", "S1", "119-122", "These are ALIASING Problems", "A continuous shape at a finite resolution",
-        "The share of a pixel, asked at 1, 2, 4, 8 and 16 points. The error falls with their number and is gone where the "
-        "share is computed instead of sampled.",
+        "aliasing", "S1", "119-122", "These are ALIASING Problems",
+        "A continuous shape at a finite resolution",
+        "The share of a pixel, asked at 1, 2, 4, 8 and 16 points. The error falls with their number and is gone where the"
+        " share is computed instead of sampled.",
         aliasing, (50,), spread_row, "cover += sums[x]",
     ),
     Experiment(
-        "conflation", "S0", "24", "Percentage coverage of an aperture", "Coverage is not visibility",
-        "Two halves of a white square meet in the middle of a pixel. Each covers half of it; laid over black one after the "
-        "other they leave a quarter of it black. Where shapes are known not to overlap, their shares are added first.",
+        "conflation", "S0", "24", "Percentage coverage of an aperture",
+        "Coverage is not visibility",
+        "Two halves of a white square meet in the middle of a pixel. Each covers half of it; laid over black one after "
+        "the other they leave a quarter of it black. Where shapes are known not to overlap, their shares are added first.",
         conflation, (3, 96), write_sum, "lower = sums[y - first, x, k + 4]",
     ),
 )  # fmt: skip

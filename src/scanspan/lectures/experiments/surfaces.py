@@ -8,10 +8,22 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.lectures import hidden_surfaces
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE, GREY, INK, RED, SKY, WHITE, enlarged, gridded, painted, panel, shaded, with_outlines,
-)  # fmt: skip
+    BLUE,
+    GREY,
+    INK,
+    RED,
+    SKY,
+    WHITE,
+    Panel,
+    enlarged,
+    gridded,
+    painted,
+    panel,
+    shaded,
+    with_outlines,
+)
 from scanspan.lectures.hidden_surfaces import Facet, shipped_polygons, sweep_up
 from scanspan.lectures.raster import at_centres
 from scanspan.pipeline import interpolate, rasterize
@@ -59,30 +71,45 @@ def scan_lines() -> Result:
     facets, size, k = overlapping(), (48, 46), 5
     clip, triangles = triangles_of(facets, size)
     right = shipped_polygons(facets, size, "half-space")
-    rows, seen = [], []
+    rows, seen = list[Row](), []
     for name, visibility in zip(WAYS, hidden_surfaces.VISIBILITIES, strict=True):
         found = rasterize(clip, triangles, size, algorithm=name, subpixel_bits=12)
         swept = sweep_up(facets, size, rule="canonical", visibility=visibility)
         counted = found.counters
         rows.append(
             (
-                f"{visibility}: {name}", counted["spans"], counted["depth_tests"], counted["insertions"], counted["swaps"],
-                int((shipped_polygons(facets, size, name) != right).sum()), int((swept.polygon != right).sum()), swept.left_over,
+                f"{visibility}: {name}",
+                counted["spans"],
+                counted["depth_tests"],
+                counted["insertions"],
+                counted["swaps"],
+                int((shipped_polygons(facets, size, name) != right).sum()),
+                int((swept.polygon != right).sum()),
+                swept.left_over,
             )
-        )  # fmt: skip
+        )
         seen.append(swept)
     shown = enlarged(painted(right + 1, TONES), k)
     active = np.array([[sum(e >= 0 for e in np.unique(row))] for row in right])
     bars = painted(np.arange(8)[None, :] < active, [WHITE, SKY])
     panels = (
         panel("what is visible", with_outlines(shown, outlines_of(facets), k, GREY, 1)),
-        panel("how many spans had each pixel", enlarged(painted(seen[0].hits, [WHITE, (222, 235, 247), (158, 202, 225), (49, 130, 189), INK]), k)),
+        panel(
+            "how many spans had each pixel",
+            enlarged(painted(seen[0].hits, [WHITE, (222, 235, 247), (158, 202, 225), (49, 130, 189), INK]), k),
+        ),
         panel("polygons that show on each scan line", enlarged(bars, k)),
     )
     headings = (
-        "way to what is visible", "spans", "depths compared", "edges inserted", "swaps", "other than half-space", "lecture's: other",
+        "way to what is visible",
+        "spans",
+        "depths compared",
+        "edges inserted",
+        "swaps",
+        "other than half-space",
+        "lecture's: other",
         "edges left over",
-    )  # fmt: skip
+    )
     return Result(Table(headings, tuple(rows)), panels)
 
 
@@ -92,17 +119,23 @@ def subtleties() -> Result:
     panes = hidden_surfaces.demonstrate_neighbours()
     rows = (
         ("kite: wrong pixels", kite.wrong_as_printed, kite.wrong_canonical),
-        ("kite: rows", kite.rows_as_printed, kite.rows), ("kite: edges on one scan line, at most", kite.most_edges, 2),
+        ("kite: rows", kite.rows_as_printed, kite.rows),
+        ("kite: edges on one scan line, at most", kite.most_edges, 2),
         ("block: wrong pixels", block.wrong_as_printed, block.wrong_canonical),
-        ("block: rows", block.rows_as_printed, block.rows), ("four panes: drawn twice", panes.twice_as_printed, panes.twice_canonical),
+        ("block: rows", block.rows_as_printed, block.rows),
+        ("four panes: drawn twice", panes.twice_as_printed, panes.twice_canonical),
         ("edges left over on a raster that ends too early", "", hidden_surfaces.demonstrate_left_over()),
         ("on one that is high enough", "", hidden_surfaces.demonstrate_left_over(32)),
-    )  # fmt: skip
+    )
     panels, k, size = [], 9, (30, 32)
     for rule in hidden_surfaces.RULES:
         swept = sweep_up([hidden_surfaces.KITE], size, rule=rule)
-        shown = np.where(swept.polygon >= 0, 1, 0) + 2 * ((swept.polygon >= 0) != (shipped_polygons([hidden_surfaces.KITE], size) >= 0))
-        picture = with_outlines(gridded(painted(shown, [WHITE, (198, 219, 239), (250, 205, 180), RED]), k), outlines_of([hidden_surfaces.KITE]), k)
+        shown = np.where(swept.polygon >= 0, 1, 0) + 2 * (
+            (swept.polygon >= 0) != (shipped_polygons([hidden_surfaces.KITE], size) >= 0)
+        )
+        picture = with_outlines(
+            gridded(painted(shown, [WHITE, (198, 219, 239), (250, 205, 180), RED]), k), outlines_of([hidden_surfaces.KITE]), k
+        )
         panels.append(panel(f"{rule}: too many in red, left out in pink", picture))
     return Result(Table(("", "as printed", "canonical"), rows), tuple(panels))
 
@@ -111,14 +144,18 @@ def kept_identity() -> Result:
     """Sweep over two triangles that pass through each other, with each way to find what is visible."""
     found = hidden_surfaces.demonstrate_identity()
     rows = (
-        ("nearest span kept between events", found.active_span_list), ("every span evaluated", found.evaluate),
-        ("depth buffer of one row", found.one_row_buffer), ("the library's span list, which finds crossings", found.shipped_span_list),
-    )  # fmt: skip
+        ("nearest span kept between events", found.active_span_list),
+        ("every span evaluated", found.evaluate),
+        ("depth buffer of one row", found.one_row_buffer),
+        ("the library's span list, which finds crossings", found.shipped_span_list),
+    )
     facets: list[Facet] = [[*facet[:3]] for facet in hidden_surfaces.CROSSING]
     size, k, panels = (32, 32), 7, []
     for name in ("active span list", "evaluate"):
         polygon = sweep_up(facets, size, rule="canonical", visibility=name).polygon
-        panels.append(panel(f"by {name}", with_outlines(enlarged(painted(polygon + 1, TONES), k), outlines_of(facets), k, GREY)))
+        panels.append(
+            panel(f"by {name}", with_outlines(enlarged(painted(polygon + 1, TONES), k), outlines_of(facets), k, GREY))
+        )
     return Result(Table(("pixels that show the wrong one of two", "pixels"), rows), tuple(panels))
 
 
@@ -151,7 +188,7 @@ def spatial_coherence() -> Result:
         "a few large polygons": tiles(3), "a mesh of 512 triangles": tiles(16), "a mesh of 18,432 triangles": tiles(96),
         "confetti of 4,000 triangles": confetti(4000, 3), "dust of 60,000 triangles": confetti(60000, 1.2),
     }  # fmt: skip
-    rng, rows, panels, size = np.random.default_rng(43), [], [], (192, 192)
+    rng, rows, panels, size = np.random.default_rng(43), list[Row](), list[Panel](), (192, 192)
     for name, corners in scenes.items():
         depth = np.repeat(rng.uniform(-0.9, 0.9, len(corners)), 3)
         clip = to_clip(corners.reshape(-1, 2), depth, size)
@@ -166,8 +203,14 @@ def spatial_coherence() -> Result:
         colors = np.concatenate([[WHITE], np.random.default_rng(44).integers(60, 240, (len(corners), 3))])
         panels.append(panel(name, colors[seen.primitive + 1], 1))
     headings = (
-        "scene", "mean run, pixels", "changes in a row", "same as below, %", "edges inserted a row", "swaps a row", "depths compared a pixel",
-    )  # fmt: skip
+        "scene",
+        "mean run, pixels",
+        "changes in a row",
+        "same as below, %",
+        "edges inserted a row",
+        "swaps a row",
+        "depths compared a pixel",
+    )
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 
@@ -199,7 +242,8 @@ def ivscan_views() -> Result:
         panel("half of the calls", gridded(half, k)), panel("resulting image", result, k),
     )  # fmt: skip
     rows = (
-        ("calls to setPixel", len(log)), ("pixels of the picture that are set", int((seen.primitive >= 0).sum())),
+        ("calls to setPixel", len(log)),
+        ("pixels of the picture that are set", int((seen.primitive >= 0).sum())),
         ("writes that the library counts", seen.counters["writes"]),
         ("pixels that differ when the log is replayed", int((replayed != result).any(axis=2).sum())),
     )
@@ -208,35 +252,41 @@ def ivscan_views() -> Result:
 
 EXPERIMENTS = (
     Experiment(
-        "scan-line-sweep", "S3", "110-280", "Scan-line Hidden Surface Algorithms", "One raster, edges that come and go",
-        "An edge table, a list of active edges kept in order by x, and three ways to find the visible span: compare all at each "
-        "pixel, keep a depth buffer of one row, or keep a list of active spans and no buffer at all. All three show the same; "
-        "swaps are the edges that crossed.",
+        "scan-line-sweep", "S3", "110-280", "Scan-line Hidden Surface Algorithms",
+        "One raster, edges that come and go",
+        "An edge table, a list of active edges kept in order by x, and three ways to find the visible span: compare all "
+        "at each pixel, keep a depth buffer of one row, or keep a list of active spans and no buffer at all. All three "
+        "show the same; swaps are the edges that crossed.",
         scan_lines, (79, 81, 82, 83, 85, 86, 87, 88, 89, 91, 93, 94), insert_edges, "order[k + m + 1] = e",
     ),
     Experiment(
-        "kept-identity", "S3", "236-264", "Raster Filling Without a Single Raster Buffer", "The nearest span is not kept",
-        "Without a buffer the nearest span is found where one begins or ends, and kept in between. Where polygons pass through "
-        "each other that is wrong until the next event; the crossing has to be an event too.",
+        "kept-identity", "S3", "236-264", "Raster Filling Without a Single Raster Buffer",
+        "The nearest span is not kept",
+        "Without a buffer the nearest span is found where one begins or ends, and kept in between. Where polygons pass "
+        "through each other that is wrong until the next event; the crossing has to be an event too.",
         kept_identity, (90, 93), list_spans, "nearest = np.int64(find_nearest",
     ),
     Experiment(
-        "four-subtleties", "S3", "282-311", "Scan Conversion Subtleties", "Four questions about corners between samples",
-        "In which bucket does an edge begin, with which x, when is it removed, which pixels has a span? Read as printed, buckets "
-        "round down and ends round up, so a polygon has rows too many, and three edges where it should have two. The rule: a "
-        "sample row y is in if ymin <= y < ymax, a pixel x if x1 <= x < x2.",
+        "four-subtleties", "S3", "282-311", "Scan Conversion Subtleties",
+        "Four questions about corners between samples",
+        "In which bucket does an edge begin, with which x, when is it removed, which pixels has a span? Read as printed, "
+        "buckets round down and ends round up, so a polygon has rows too many, and three edges where it should have two. "
+        "The rule: a sample row y is in if ymin <= y < ymax, a pixel x if x1 <= x < x2.",
         subtleties, (80, 84, 92, 95, 96), pixels_between, "first_sample(low", slips=(16,),
     ),
     Experiment(
-        "spatial-coherence", "S3", "360-384", "Spatial Coherence", "How slowly the picture changes",
-        "How long is a visible triangle seen along a row, and how much of a row does the row below see too? Large polygons change "
-        "once in a while and cost a few edges a row; in dust every pixel is another triangle, and keeping lists pays no more.",
+        "spatial-coherence", "S3", "360-384", "Spatial Coherence",
+        "How slowly the picture changes",
+        "How long is a visible triangle seen along a row, and how much of a row does the row below see too? Large "
+        "polygons change once in a while and cost a few edges a row; in dust every pixel is another triangle, and keeping"
+        " lists pays no more.",
         spatial_coherence, (98,), step_edges, "crossing, rest = step_crossing(",
     ),
     Experiment(
-        "ivscan-views", "S3", "660-690", "Assignment 4: ivscan", "The views of the assignment",
-        "The input, its pixels and its edges outlined, the calls to setPixel in their order, and the picture. Each pixel is set "
-        "once, and the log of calls replayed is the picture.",
+        "ivscan-views", "S3", "660-690", "Assignment 4: ivscan",
+        "The views of the assignment",
+        "The input, its pixels and its edges outlined, the calls to setPixel in their order, and the picture. Each pixel "
+        "is set once, and the log of calls replayed is the picture.",
         ivscan_views, (91, 118), sort_edges, "counters[SWAPS] +=",
     ),
 )  # fmt: skip

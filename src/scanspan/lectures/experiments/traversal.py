@@ -10,10 +10,24 @@ from collections import OrderedDict
 import numpy as np
 
 from scanspan.lectures import edge_equations, edge_faults
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE, GREEN, GREY, INK, RED, WHITE, Axis, Panel, chart, enlarged, gridded, painted, panel, shaded, with_outlines,
-)  # fmt: skip
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    RED,
+    WHITE,
+    Axis,
+    Panel,
+    chart,
+    enlarged,
+    gridded,
+    painted,
+    panel,
+    shaded,
+    with_outlines,
+)
 from scanspan.lectures.raster import Raster, vertices
 from scanspan.pipeline import rasterize
 from scanspan.raster.algorithms import ORDERS
@@ -63,7 +77,7 @@ def traversal_orders() -> Result:
     """Visit a square in five orders, and count what a small cache misses."""
     clip = [(x, y, 0, 1) for x, y in CLIP_CORNERS]
     first = rasterize(clip, [(0, 1, 2)], (96, 96))
-    rows, panels = [], []
+    rows, panels = list[Row](), list[Panel]()
     for order in ORDERS:
         path = path_of(order, SIDE)
         steps = np.hypot(*np.diff(path, axis=0).T)
@@ -165,42 +179,74 @@ def half_spaces() -> Result:
         rule="inclusive", subpixel_bits=12,
     )  # fmt: skip
     middle = np.mean(points, axis=0)
-    rows = [
-        (f"edge {number}", edge.A, edge.B, edge.C, float(edge.evaluate_at(*middle)), int((value > 0).sum()), int((value == 0).sum()))
+    rows: list[Row] = [
+        (
+            f"edge {number}",
+            edge.A,
+            edge.B,
+            edge.C,
+            float(edge.evaluate_at(*middle)),
+            int((value > 0).sum()),
+            int((value == 0).sum()),
+        )
         for number, (edge, value) in enumerate(zip(triangle.edge, values, strict=True))
     ]
-    sums = [sum(edge[k] for edge in [(one.A, one.B, one.C) for one in triangle.edge]) for k in range(3)]
-    rows.append(("all three", *sums, float(values.sum(axis=0)[0, 0]), int((values > 0).all(axis=0).sum()), int((inside & (values == 0).any(axis=0)).sum())))
-    rows.append(("the library's, edges included", "", "", "", "", int((seen.primitive >= 0).sum()), int((inside != (seen.primitive >= 0)).sum())))
+    sums = np.sum([(edge.A, edge.B, edge.C) for edge in triangle.edge], axis=0).tolist()
+    rows.append(
+        (
+            "all three",
+            *sums,
+            float(values.sum(axis=0)[0, 0]),
+            int((values > 0).all(axis=0).sum()),
+            int((inside & (values == 0).any(axis=0)).sum()),
+        )
+    )
+    rows.append(
+        (
+            "the library's, edges included",
+            "",
+            "",
+            "",
+            "",
+            int((seen.primitive >= 0).sum()),
+            int((inside != (seen.primitive >= 0)).sum()),
+        )
+    )
     headings = ("", "A", "B", "C", "value in the middle", "samples on the positive side", "on it; the library's: other")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 
 EXPERIMENTS = (
     Experiment(
-        "half-spaces", "S0", "98-113", "Rasterizing Triangles with Edge Equations", "Three half-spaces",
-        "An edge equation is positive on one side, negative on the other and 0 between them. Turned so that the inside is "
-        "positive for all three edges, a pixel is drawn where no value is negative. A and B add up to 0 and C to twice the area.",
+        "half-spaces", "S0", "98-113", "Rasterizing Triangles with Edge Equations",
+        "Three half-spaces",
+        "An edge equation is positive on one side, negative on the other and 0 between them. Turned so that the inside is"
+        " positive for all three edges, a pixel is drawn where no value is negative. A and B add up to 0 and C to twice "
+        "the area.",
         half_spaces, (19, 20, 36), scan_row, "inside = ((f0",
     ),
     Experiment(
-        "speed-hacks", "S4", "391-409", "The Draw Method", "Two speed hacks",
-        "One sign test does for three values, because the sign of e0 | e1 | e2 is negative where one of them is. And a triangle "
-        "is convex, so a row can be left as soon as it was inside and then outside. Both change the work and no pixel.",
+        "speed-hacks", "S4", "391-409", "The Draw Method",
+        "Two speed hacks",
+        "One sign test does for three values, because the sign of e0 | e1 | e2 is negative where one of them is. And a "
+        "triangle is convex, so a row can be left as soon as it was inside and then outside. Both change the work and no "
+        "pixel.",
         speed_hacks, (8, 36, 37), scan_row, "inside = ((f0", slips=(5,),
     ),
     Experiment(
-        "large-and-small-triangles", "S1", "68-94", "Discussion of Polygon Scan Conversion Algorithms", "Few large or many small triangles",
-        "The same square in 2 to 8,192 triangles, by three algorithms that show the same picture. Walking edges costs a span a row "
-        "and triangle, half-spaces an edge value a sample: for large triangles the first is little, for small ones both are "
-        "alike.",
+        "large-and-small-triangles", "S1", "68-94", "Discussion of Polygon Scan Conversion Algorithms",
+        "Few large or many small triangles",
+        "The same square in 2 to 8,192 triangles, by three algorithms that show the same picture. Walking edges costs a "
+        "span a row and triangle, half-spaces an edge value a sample: for large triangles the first is little, for small "
+        "ones both are alike.",
         walking_and_edges, (13, 15, 17, 18), scan_row, "inside = ((f0",
     ),
     Experiment(
-        "traversal-orders", "S1", "90-94", "Discussion of Polygon Scan Conversion Algorithms", "Tiles and space-filling curves",
-        "The same pixels in five orders, through a small cache. A frame buffer lies in rows, and rows miss least; a texture that "
-        "is turned on the screen is read across its rows, and there tiles and curves miss a fraction. Hilbert's curve goes to a "
-        "neighbour in every step.",
+        "traversal-orders", "S1", "90-94", "Discussion of Polygon Scan Conversion Algorithms",
+        "Tiles and space-filling curves",
+        "The same pixels in five orders, through a small cache. A frame buffer lies in rows, and rows miss least; a "
+        "texture that is turned on the screen is read across its rows, and there tiles and curves miss a fraction. "
+        "Hilbert's curve goes to a neighbour in every step.",
         traversal_orders, (18,), push_quarters, "quarters[way, 0, k]",
     ),
 )  # fmt: skip

@@ -13,8 +13,20 @@ import numpy as np
 from scanspan.canvas import Canvas
 from scanspan.lectures import half_planes, interpolation
 from scanspan.lectures.compare import shipped_channel
-from scanspan.lectures.experiments.experiment import Experiment, Result, Table
-from scanspan.lectures.experiments.figure import BLUE, GREEN, INK, RED, WHITE, Panel, enlarged, painted, panel, shaded, with_outlines
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
+from scanspan.lectures.experiments.figure import (
+    BLUE,
+    GREEN,
+    INK,
+    RED,
+    WHITE,
+    Panel,
+    enlarged,
+    painted,
+    panel,
+    shaded,
+    with_outlines,
+)
 from scanspan.pipeline import interpolate, rasterize
 from scanspan.raster.setup import depth_at
 from scanspan.records import Array, BoolArray, Float64Array
@@ -52,7 +64,9 @@ def three_ways() -> Result:
     # Show each weight in bands, and all three as a colour.
     k, panels = 4, []
     weights3 = np.stack([shipped_channel(CORNERS, np.eye(3)[m], size) for m in range(3)], axis=2)
-    panels.append(panel("the three weights as red, green and blue", np.where(inside[..., None], np.rint(255 * weights3), 255), k))
+    panels.append(
+        panel("the three weights as red, green and blue", np.where(inside[..., None], np.rint(255 * weights3), 255), k)
+    )
     for m, (name, color) in enumerate((("first", RED), ("second", GREEN), ("third", BLUE))):
         bands = shaded(np.floor(weights3[..., m] * 10) / 10, 0, 1, [(246, 247, 249), color])
         picture = np.where(inside[..., None], bands, 255).astype(np.uint8)
@@ -101,7 +115,8 @@ def gouraud_pitfall() -> Result:
         panels.append(panel(f"as two triangles, turned by {degrees} degrees", canvas.pixels, 3))
     names = ("not turned", "turned by 37 degrees", "turned by 23 degrees", "turned by 53 degrees")
     rows = tuple(
-        (name, square, float(square), triangle) for name, square, triangle in zip(names, found.square, found.triangle, strict=True)
+        (name, square, float(square), triangle)
+        for name, square, triangle in zip(names, found.square, found.triangle, strict=True)
     )
     headings = ("square", "near its middle, along scan lines", "as a decimal", "middle of one triangle")
     return Result(Table(headings, rows), tuple(panels))
@@ -113,7 +128,7 @@ FENCE = [(-3.6, -3.4, 6.4), (4.6, -3.4, 6.4), (1.9, 1.7, 2.5), (-1.7, 1.7, 2.5)]
 
 
 def projected(corners: Float64Array, *, by_eye_z: bool) -> Float64Array:
-    """Return corners (N, 3) in clip coordinates; or with their eye z as depth, straight on the screen, as the pitfall has it."""
+    """Return corners (N, 3) in clip coordinates; or with eye z as depth, straight on the screen, as the pitfall has it."""
     x, y, z = corners.T
     if by_eye_z:
         return np.stack([x / z, y / z, 2 * (z - NEAR) / (FAR - NEAR) - 1, np.ones(len(z))], axis=1)
@@ -161,7 +176,7 @@ def checked_walls(corners: Float64Array) -> list[Panel]:
 
 def sub_triangles() -> Result:
     """Cut a triangle into three signed ones from an origin inside, and from one outside."""
-    rows, panels, k = [], [], 5
+    rows, panels, k = list[Row](), list[Panel](), 5
     corners = [(12, 8), (40, 16), (20, 36)]
     for name, origin in (("inside", (23, 19)), ("outside", (2, 30)), ("far outside", (-300, 500))):
         moved = [(Fraction(x - origin[0]), Fraction(y - origin[1])) for x, y in corners]
@@ -175,36 +190,42 @@ def sub_triangles() -> Result:
             shape = np.array([(a, b, origin)], np.float64) * k
             canvas.triangles(shape, (0, 158, 115, 110) if value > 0 else (213, 94, 0, 110))
         outlines = [corners] + [[origin, corner] for corner in corners]
-        panels.append(panel(f"origin {name}: green counts, red is taken off", with_outlines(canvas.pixels, outlines, k, INK, 1.2)))
+        panels.append(
+            panel(f"origin {name}: green counts, red is taken off", with_outlines(canvas.pixels, outlines, k, INK, 1.2))
+        )
     headings = ("", "C of edge 0", "C of edge 1", "C of edge 2", "sum: twice the area", "positive C")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 
 EXPERIMENTS = (
     Experiment(
-        "sub-triangles", "S0", "347-363", "Why a positive area implies a positive interior", "Three signed triangles from the origin",
-        "Each C is twice the area of a triangle from the origin to an edge: positive if the origin lies on the edge's positive "
-        "side. Wherever the origin is, what lies outside is taken off again, and the sum is twice the area.",
+        "sub-triangles", "S0", "347-363", "Why a positive area implies a positive interior",
+        "Three signed triangles from the origin",
+        "Each C is twice the area of a triangle from the origin to an edge: positive if the origin lies on the edge's "
+        "positive side. Wherever the origin is, what lies outside is taken off again, and the sum is twice the area.",
         sub_triangles, (39, 40), half_planes.sub_triangles, "areas = coefficients", slips=(12,),
     ),
     Experiment(
-        "three-ways", "S1", "126-138", "How to Interpolate?", "Interpolation three ways",
-        "Along edges and then across, as a weighted sum, as a plane: three ways to the same number. In fractions they agree "
-        "exactly at every sample, and the weights derived from the scan line are shares of area. Outside of the triangle the "
-        "areas need their signs.",
+        "three-ways", "S1", "126-138", "How to Interpolate?",
+        "Interpolation three ways",
+        "Along edges and then across, as a weighted sum, as a plane: three ways to the same number. In fractions they "
+        "agree exactly at every sample, and the weights derived from the scan line are shares of area. Outside of the "
+        "triangle the areas need their signs.",
         three_ways, (51, 52, 54, 55, 56, 57), barycentric_kernel, "e0 = edge_value(", slips=(13,),
     ),
     Experiment(
-        "gouraud-pitfall", "S2", "406-409", "Bilinear Interpolation", "Gouraud's pitfall: a square that turns",
-        "Interpolated along scan lines, a square with one bright corner changes its pattern when it is turned, because other "
-        "edges meet the scan line. Triangles look the same from all sides.",
+        "gouraud-pitfall", "S2", "406-409", "Bilinear Interpolation",
+        "Gouraud's pitfall: a square that turns",
+        "Interpolated along scan lines, a square with one bright corner changes its pattern when it is turned, because "
+        "other edges meet the scan line. Triangles look the same from all sides.",
         gouraud_pitfall, (53,), blend, "return u0 +",
     ),
     Experiment(
-        "eye-z-pitfall", "S3", "610-620", "Screen Space Depth Interpolation", "Eye z interpolated on the screen",
+        "eye-z-pitfall", "S3", "610-620", "Screen Space Depth Interpolation",
+        "Eye z interpolated on the screen",
         "Half way between 1 and 9 on the screen is a depth of 1.8, and not 5: what is far takes less room. With eye z "
-        "interpolated straight on the screen two walls cut each other in the wrong place, along a line with a kink. Depth "
-        "divided by w is straight on the screen.",
+        "interpolated straight on the screen two walls cut each other in the wrong place, along a line with a kink. Depth"
+        " divided by w is straight on the screen.",
         eye_z_pitfall, (116,), depth_at, "return setup.depth",
     ),
 )  # fmt: skip
