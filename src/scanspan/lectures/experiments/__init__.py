@@ -8,6 +8,7 @@ rules        who owns a pixel on an edge, and what is inside
 slivers      thin triangles, samples and exact shares
 traversal    orders of pixels, and what finding them costs
 values       colours and depths between corners
+projection   homogeneous coordinates, and a model
 surfaces     scan lines, hidden surfaces, coherence
 shapes       curves as polygons, polygons as triangles, many triangles
 lines_and_fills  lines, floods, parity
@@ -27,6 +28,7 @@ from scanspan.lectures.experiments import (
     lines_and_fills,
     precision,
     programs,
+    projection,
     rules,
     scenes,
     shapes,
@@ -43,6 +45,7 @@ from scanspan.lectures.experiments.experiment import Table as Table
 MODULES = (
     precision,
     programs,
+    projection,
     twelve_bits,
     rules,
     slivers,
@@ -77,5 +80,5 @@ def find_experiment(name: str) -> Experiment:
         if one.name == name:
             return one
     near = difflib.get_close_matches(name, [*(one.name for one in EXPERIMENTS), "all"], n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else "."
+    hint = f"; did you mean {near[0]!r}?" if near else ";"
     raise InputError(f"unknown experiment {name!r}{hint} 'scanspan lecture list' shows all {len(EXPERIMENTS)}")

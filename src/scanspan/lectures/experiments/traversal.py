@@ -223,7 +223,7 @@ EXPERIMENTS = (
         "An edge equation is positive on one side, negative on the other and 0 between them. Turned so that the inside is"
         " positive for all three edges, a pixel is drawn where no value is negative. A and B add up to 0 and C to twice "
         "the area.",
-        half_spaces, (19, 20, 36), scan_row, "inside = ((f0",
+        half_spaces, (19, 20, 28, 36), scan_row, "inside = ((f0",
     ),
     Experiment(
         "speed-hacks", "S4", "391-409", "The Draw Method",

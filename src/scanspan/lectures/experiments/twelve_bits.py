@@ -110,7 +110,7 @@ def constant_channel() -> Result:
     panels, size = [], (1024, 768)
     for name, points in cases.items():
         found = fixed_point_faults.demonstrate_constant_channel(points)
-        rows.append((f"{name}, {found.drawn} pixels drawn: worst error of alpha", found.worst_error, found.shipped_worst_error))
+        rows.append((f"{name}: worst error of alpha, of {found.drawn} drawn", found.worst_error, found.shipped_worst_error))
 
         # Show alpha around the pixel that is worst.
         raster = Raster(*size)
@@ -124,8 +124,10 @@ def constant_channel() -> Result:
         caption = f"{name}: alpha {255 - found.worst_error} where 255 is right"
         panels.append(panel(caption, with_outlines(gridded(shown, 14), [outline], 14, GREY, 1.2)))
     held, thick = fixed_point_faults.demonstrate_gradient(), fixed_point_faults.demonstrate_gradient(600.0, 0.3)
-    rows.append(("0 to 255 across 0.25 px at a distance of 600: C of the plane, times 4096", held.coefficient, held.exact))
-    rows.append(("across 0.3 px", thick.coefficient, thick.exact))
+    rows.append(
+        ("0 to 255 across 0.25 px at a distance of 600: C of the plane, times 4096", held.coefficient, round(held.exact))
+    )
+    rows.append(("across 0.3 px", thick.coefficient, round(thick.exact)))
     return Result(
         Table(("triangle, alpha 255 at all corners", "in 12 bits", "right, or this library's"), tuple(rows)), tuple(panels)
     )
