@@ -209,7 +209,8 @@ def tick_step(low: float, high: float) -> float:
 def steps_between(low: float, high: float, is_log: bool) -> list[float]:
     """Return where an axis has its numbers."""
     step = max(1, round((high - low) / 6)) if is_log else tick_step(low, high)
-    return [low + k * step for k in range(int((high - low) / step + 1.001))]
+    first = low if is_log else math.ceil(low / step - 0.001) * step
+    return [first + k * step for k in range(int((high - first) / step + 1.001))]
 
 
 def tick_text(value: float, is_log: bool) -> str:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from scanspan.assets.load import load
 from scanspan.homogeneous import cross, frustum
-from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
+from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table, written
 from scanspan.lectures.experiments.figure import (
     BLUE,
     GREEN,
@@ -42,9 +43,8 @@ def triple(vector: Float64Array) -> str:
 def blank(side: int = 220) -> UInt8Array:
     """Return a white picture with the axes of a plane from -2 to 2."""
     picture = np.full((side, side, 3), 255, np.uint8)
-    return with_outlines(
-        picture, [[(0, side / 2), (side, side / 2)], [(side / 2, 0), (side / 2, side)]], 1, PALE, 1.2, closed=False
-    )
+    axes = [[(0, side / 2), (side, side / 2)], [(side / 2, 0), (side / 2, side)]]
+    return with_outlines(picture, axes, 1, PALE, 1.2, closed=False)
 
 
 def placed(points: list[tuple[float, float]], side: int = 220) -> Float64Array:
@@ -69,7 +69,7 @@ def points_and_lines() -> Result:
     rows: list[Row] = [(name, triple(cross(a, b))) for name, a, b in pairs]
     rows += [
         ("the meeting point divided by W", triple(met[:2] / met[2])),
-        ("line . p, line . q: both points are on it", triple(np.array([cross(p, q) @ p, cross(p, q) @ q]))),
+        ("line . p and line . q: both points are on it", triple(np.array([p, q]) @ cross(p, q))),
         ("duality: the line of the two points, the point of the two lines", "one and the same function"),
     ]
     move = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0], [0.0, 0.0, 1.0]])
@@ -98,9 +98,11 @@ def planes_in_perspective() -> Result:
     back = np.linalg.inv(matrix)
     rows: list[Row] = [("centre of projection (0, 0, 0, 1)", triple(matrix @ (0, 0, 0, 1)), "at infinity")]
     planes = {
-        "plane z = 0, through it": (0, 0, 1, 0), "projection plane z = -near": (0, 0, 1, near), "plane z = -far": (0, 0, 1, far),
+        "plane z = 0, through it": (0, 0, 1, 0),
+        "projection plane z = -near": (0, 0, 1, near),
+        "plane z = -far": (0, 0, 1, far),
         "plane at infinity": (0, 0, 0, 1),
-    }  # fmt: skip
+    }
     for name, plane in planes.items():
         found = np.array(plane) @ back
         where = "at infinity" if abs(found[2]) < 1e-12 else f"z' = {-found[3] / found[2]:g}"
@@ -108,10 +110,9 @@ def planes_in_perspective() -> Result:
     rows.append(("(far + near) / (far - near)", (far + near) / (far - near), ""))
     rows.append(("far to infinity: z' of the plane at infinity", (1e9 + near) / (1e9 - near), ""))
     point = np.array([0.3, -0.2, -1.7, 1.0])
-    plane = np.array([0.2, 0.7, 0.4, -0.3])
-    rows.append(
-        ("H p and (H M^-1) (M p), for a plane and a point", float(plane @ point), f"{(plane @ back) @ (matrix @ point):.6g}")
-    )
+    tilted = np.array([0.2, 0.7, 0.4, -0.3])
+    both = float(tilted @ point), float((tilted @ back) @ (matrix @ point))
+    rows.append(("H p and (H M^-1) (M p), for a plane and a point", *map(written, both)))
 
     # Depth after projection over depth before it, in front of the eye and behind.
     ahead, behind = np.linspace(0.62, 8, 60), np.linspace(-8, -1.2, 60)
@@ -119,10 +120,8 @@ def planes_in_perspective() -> Result:
     curves.append(("where the plane at infinity goes", np.array([-8.0, 8.0]), np.array([3.0, 3.0])))
     shown = chart(curves, Axis("distance before the eye"), Axis("z' = Z / W"))
     headings = ("", "after M, or H M^-1", "which is")
-    return Result(
-        Table(headings, tuple(rows)),
-        (panel("From near = 1 to far = 2 z' goes from -1 to 1; what is behind the eye comes back from beyond 3.", shown),),
-    )
+    caption = "From near = 1 to far = 2 z' goes from -1 to 1; what is behind the eye comes back from beyond 3."
+    return Result(Table(headings, tuple(rows)), (panel(caption, shown),))
 
 
 def depth_after(matrix: Float64Array, distance: Float64Array) -> Float64Array:
@@ -134,27 +133,27 @@ def depth_after(matrix: Float64Array, distance: Float64Array) -> Float64Array:
 
 def model() -> Result:
     """Write a model to a file, read it in, and show it."""
-    points, triangles = sphere(40)
-    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points.tolist()] + [
-        f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()
-    ]
+    points, triangles = sphere(24)
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ball.obj"
         path.write_text("\n".join(lines))
         scene = load(path)
-    frames = [
-        (name, render(scene, "iso", (180, 150), background="white", samples=samples, shading=shading, edges=edges))
-        for name, shading, samples, edges in (
-            ("flat, one sample a pixel", "flat", 1, False),
-            ("smooth, four samples", "smooth", 4, False),
-            ("with its edges", "smooth", 4, True),
-        )
-    ]
+    looks: dict[str, dict[str, Any]] = {
+        "flat, one sample a pixel": {"shading": "flat", "samples": 1},
+        "smooth, four samples": {"shading": "smooth"},
+        "with its edges": {"shading": "smooth", "edges": True, "line_width": 0.6},
+    }
+    frames = [(name, render(scene, "iso", (180, 150), background="white", **look)) for name, look in looks.items()]
     frame = frames[1][1]
     rows = (
-        ("lines of the file", len(lines)), ("vertices", len(points)), ("triangles", len(triangles)),
-        ("visible faces", len(np.unique(frame.primitive)) - 1), ("pixels covered, %", 100 * frame.coverage),
-    )  # fmt: skip
+        ("lines of the file", len(lines)),
+        ("vertices", len(points)),
+        ("triangles", len(triangles)),
+        ("visible faces", len(np.unique(frame.primitive)) - 1),
+        ("pixels covered, %", 100 * frame.coverage),
+    )
     return Result(Table(("", ""), rows), tuple(panel(name, one.color, 1) for name, one in frames))
 
 
