@@ -46,7 +46,7 @@ def list_experiments(number: Number = None, search: Search = None) -> None:
 
     chosen = [one for one in EXPERIMENTS if (number is None or one.lecture == f"S{number}") and has_word(one, search)]
     if not chosen:
-        raise InputError(f"--search = {search!r}: no experiment has it; leave it out to see all {len(EXPERIMENTS)}")
+        raise InputError(f"--search = {search!r}: no experiment has it; there are {len(EXPERIMENTS)}")
     width = max(len(one.name) for one in chosen)
     for name, title in LECTURES.items():
         within = [one for one in chosen if one.lecture == name]
@@ -82,7 +82,9 @@ def run_experiment(name: Name, output: Output = None, verbose: options.Verbose =
             reporter.stage(f"running {name}")
             found = one.run()
             if target is not None:
-                save_picture(target, found)
+                from scanspan.target.image import write_image
+
+                write_image(target, found.picture)
     if name == "all":
         write_out(make_report(EXPERIMENTS, output_folder("out" if output is None else output)))
     else:
@@ -122,7 +124,7 @@ def output_file(name: str, output: str | None) -> str | None:
 
     with naming("--output"):
         if image_format(output) == "npz":
-            raise InputError(f"output = {output!r}: a picture is no .npz; expected .png, .ppm, .jpg or .npy")
+            raise InputError(f"--output = {output!r}: a picture is no .npz; expected .png, .jpg, .ppm or .npy")
     if not Path(output).parent.is_dir():
         raise InputError(f"--output = {output!r}: the folder {str(Path(output).parent)!r} does not exist")
     return output
@@ -137,31 +139,19 @@ def output_folder(output: str) -> Path:
     return folder
 
 
-def save_picture(path: str, found: Result) -> None:
-    """Write all panels of an experiment on one sheet."""
-    from scanspan.target.image import write_image
-
-    write_image(path, found.picture)
-
-
 def make_report(experiments: Sequence[Experiment], folder: Path) -> str:
-    """Run all experiments, write the page and every picture, and return what is printed."""
+    """Run all experiments, write the page, and return what is printed."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from scanspan.lectures.report import write_page
     from scanspan.target.image import write_bytes
 
-    (folder / "pictures").mkdir(exist_ok=True)
     columns: list[Any] = [TextColumn("{task.description:<28}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
     console = Console(stderr=True, highlight=False)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as progress:
         task = progress.add_task("starting", total=len(experiments))
-        page = write_page(
-            experiments,
-            lambda one, number: progress.update(task, description=one.name, completed=number),
-            lambda one, found: save_picture(str(folder / "pictures" / f"{one.name}.png"), found),
-        )
+        page = write_page(experiments, lambda one, number: progress.update(task, description=one.name, completed=number))
     target = folder / "index.html"
     write_bytes(target, page.encode())
     return f"{len(experiments)} experiments\n{target}\n"

@@ -104,23 +104,18 @@ def section(one: Experiment, found: Result) -> str:
     return "\n".join(parts)
 
 
-def write_page(
-    experiments: Sequence[Experiment], step: Callable[[Experiment, int], None] = lambda one, number: None,
-    keep: Callable[[Experiment, Result], None] = lambda one, found: None,
-) -> str:  # fmt: skip
+def write_page(experiments: Sequence[Experiment], step: Callable[[Experiment, int], None] = lambda one, number: None) -> str:
     """Run experiments and return the page as HTML.
 
     Parameters
     ----------
     experiments : in the order of the lectures.
     step : told each experiment and its number before it is run.
-    keep : given each experiment and what it found.
     """
     contents, body, lecture = list[str](), list[str](), ""
     for number, one in enumerate(experiments):
         step(one, number)
         found = one.run()
-        keep(one, found)
         if one.lecture != lecture:
             lecture = one.lecture
             title = html.escape(LECTURES[lecture])

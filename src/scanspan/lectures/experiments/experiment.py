@@ -7,6 +7,7 @@ report puts it on a page; both write a number by `written`, so that it reads the
 from __future__ import annotations
 
 import inspect
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -87,7 +88,9 @@ class Experiment(NamedTuple):
         lines, start = inspect.getsourcelines(function)
         hit = next(k for k, line in enumerate(lines) if self.statement in line)
         first, last = max(hit - around, 0), min(hit + around + 1, len(lines))
-        code = inspect.cleandoc("\n" + "".join(lines[first:last]))
+        while not lines[first].strip():
+            first += 1
+        code = textwrap.dedent("".join(lines[first:last])).rstrip("\n")
         file = Path(inspect.getsourcefile(function) or "").relative_to(PACKAGE.parent).as_posix()
         return Source(file, max(start, 1) + hit, max(start, 1) + first, code)
 

@@ -43,7 +43,7 @@ def triple(vector: Float64Array) -> str:
 def blank(side: int = 220) -> UInt8Array:
     """Return a white picture with the axes of a plane from -2 to 2."""
     picture = np.full((side, side, 3), 255, np.uint8)
-    axes = [[(0, side / 2), (side, side / 2)], [(side / 2, 0), (side / 2, side)]]
+    axes: list[list[tuple[float, float]]] = [[(0, side / 2), (side, side / 2)], [(side / 2, 0), (side / 2, side)]]
     return with_outlines(picture, axes, 1, PALE, 1.2, closed=False)
 
 
