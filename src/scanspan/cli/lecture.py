@@ -53,7 +53,7 @@ def list_experiments(number: Number = None, search: Search = None) -> None:
         if within:
             typer.echo(f"{name}  {title}")
             for one in within:
-                typer.echo(f"  {one.name:<{width}}  {one.title}  [{one.slide}, lines {one.lines}]")
+                typer.echo(f"  {one.name:<{width}}  {one.title}  [{one.slide}, {one.told_lines}]")
     typer.echo(f"{len(chosen)} experiments; scanspan lecture run NAME prints the numbers of one, -o out.png writes its picture")
 
 
@@ -96,7 +96,7 @@ def describe(one: Experiment, found: Result) -> str:
     from scanspan.lectures.experiments.experiment import aligned
 
     source = one.find_source()
-    head = f"{one.title}\n{one.lecture}, {one.slide!r}, lines {one.lines}\n\n{folded(one.idea)}\n\n"
+    head = f"{one.title}\n{one.lecture}, {one.slide!r}, {one.told_lines}\n\n{folded(one.idea)}\n\n"
     pictures = "".join(f"  {number}. {shown.caption}\n" for number, shown in enumerate(found.panels, start=1))
     done_by = source.code.split("\n")[source.line - source.first].strip()
     return f"{head}{aligned(found.numbers)}\n\npictures:\n{pictures}\n{source.file}:{source.line}\n    {done_by}\n"

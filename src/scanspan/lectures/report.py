@@ -58,7 +58,7 @@ def figure(shown: Panel) -> str:
     caption = html.escape(shown.caption)
     return (
         f'<figure style="width:{across}px"><img{kind} width="{across}" height="{down}" loading="lazy" alt="{caption}" '
-        f'src="data:image/png;base64,{address}"><figcaption>{caption}</figcaption></figure>'
+        f'src="data:image/png;base64,{address}"/><figcaption>{caption}</figcaption></figure>'
     )
 
 
@@ -94,7 +94,7 @@ def section(one: Experiment, found: Result) -> str:
     items = ", ".join(map(str, one.items))
     parts = [
         f'<section id="{one.name}"><h3><a href="#{one.name}">{html.escape(one.title)}</a></h3>',
-        f'<p class="slide">{one.lecture}, “{html.escape(one.slide)}”, lines {html.escape(one.lines)} · no. {items}{slips}</p>',
+        f'<p class="slide">{one.lecture}, “{html.escape(one.slide)}”, {one.told_lines} · no. {items}{slips}</p>',
         f'<p class="idea">{html.escape(one.idea)}</p>',
         f'<div class="panels">{"".join(map(figure, found.panels))}</div>',
         number_table(found.numbers),

@@ -169,7 +169,9 @@ def balance() -> Result:
             if light == "lamp light" or name == "as it was taken":
                 panels.append(panel(f"{light}: {name}" if name == "as it was taken" else name, shown, 2))
     rows = [(name, *values) for name, values in found.items()]
-    rows.append(("neutral light, Bradford", spread(white_balance.bradford(chart, color.D65, color.D65)), 0.0, "", ""))
+    neutral = white_balance.bradford(chart, color.D65, color.D65)
+    error = float(np.abs(neutral.astype(np.int64) - chart).mean())
+    rows.append(("Bradford from a white to itself", spread(neutral), error, "", ""))
     headings = (
         "",
         *(f"{light}: {what}" for light in LIGHTS for what in ("worst tint of a grey, levels", "mean error, levels")),

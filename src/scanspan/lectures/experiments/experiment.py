@@ -82,6 +82,11 @@ class Experiment(NamedTuple):
         """What to sort by: the lecture, then the line."""
         return self.lecture, int(self.lines.split("-")[0].split(",")[0].split(";")[0])
 
+    @property
+    def told_lines(self) -> str:
+        """The lines in words."""
+        return f"lines {self.lines}" if "-" in self.lines else f"line {self.lines}"
+
     def find_source(self, around: int = 3) -> Source:
         """Return the line that does it, with a few lines around it that belong to the same function."""
         function = getattr(self.source, "py_func", self.source)

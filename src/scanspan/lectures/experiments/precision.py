@@ -6,6 +6,7 @@ Source: S4, lines 191-268 and 272-304; S0, lines 172-191.
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 import numpy as np
 
@@ -89,7 +90,14 @@ def precision_of_c() -> Result:
             missed = np.maximum(np.abs(A * x0 + B * y0 + found), np.abs(A * x1 + B * y1 + found)) / np.hypot(A, B)
             rows.append((f"{reach:g} px, {name}", error, float(missed.max())))
             curves.setdefault(name, []).append(error)
-    rows.append(("any, corners snapped", 0.0, 0.0))
+        # As the library has it: corners on a grid first, then everything in whole numbers.
+        (x0, y0), (x1, y1) = snap_points(start, 8).T, snap_points(end, 8).T
+        whole = x0 * y1 - x1 * y0
+        off = np.maximum(np.abs((y0 - y1) * x0 + (x1 - x0) * y0 + whole), np.abs((y0 - y1) * x1 + (x1 - x0) * y1 + whole))
+        same = [
+            a * d - c * b == found for a, b, c, d, found in zip(*(v.tolist() for v in (x0, y0, x1, y1, whole)), strict=True)
+        ]
+        rows.append((f"{reach:g} px, corners snapped, in whole numbers", 1.0 - float(np.mean(same)), float(off.max())))
     shown = chart(
         [(name, reaches, errors) for name, errors in curves.items()],
         Axis("how far edges go each way, in pixels", is_log=True), Axis("median relative error of C", is_log=True),
@@ -133,8 +141,12 @@ def fixed_point_lines() -> Result:
 
 def four_digits() -> Result:
     """Subtract two numbers of four digits, as the slide does, and count what is left."""
-    left, right = 1.234e3, 1.233e3
-    rows = [("1.234e3 - 1.233e3", left - right), ("digits before", 4), ("digits that mean something after", 1)]
+    left, right = Decimal("1.234E3"), Decimal("1.233E3")
+    rest = left - right
+    rows = [
+        ("1.234e3 - 1.233e3", float(rest)), ("digits before", len(left.as_tuple().digits)),
+        ("digits that mean something after", len(rest.as_tuple().digits)),
+    ]  # fmt: skip
     shown = chart(
         [("digits left", *digits_left())], Axis("how close the two numbers are, relative", is_log=True), Axis("decimal digits")
     )

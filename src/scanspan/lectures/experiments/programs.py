@@ -29,7 +29,7 @@ from scanspan.lectures.experiments.figure import (
     with_outlines,
 )
 from scanspan.lectures.raster import Raster, pack_argb, unpack_argb, vertices
-from scanspan.raster.edge import edge_start
+from scanspan.raster.half_space import scan_row
 from scanspan.records import Array
 from scanspan.shade.interpolate import blend
 
@@ -234,7 +234,7 @@ EXPERIMENTS = (
         "The inner loop adds A again and again. In floating point each addition rounds, and after a thousand of them a "
         "value that should be 0 is a little below it; samples on the edge are lost. In whole numbers there is nothing to "
         "drift.",
-        running_sums, (36,), edge_start, "return held *",
+        running_sums, (36,), scan_row, "inside = ((f0",
     ),
     Experiment(
         "slope-forms", "S1", "3-60", "Computing Edge Equations",

@@ -30,6 +30,7 @@ from scanspan.lectures.experiments.figure import (
 from scanspan.lectures.experiments.rules import star
 from scanspan.masks import coverage
 from scanspan.pipeline import count, rasterize
+from scanspan.raster.edge_walk import edge_walk
 from scanspan.records import Array, Float64Array
 from scanspan.tessellation import triangulate
 
@@ -163,7 +164,7 @@ def runs(inside: Array) -> int:
 def convexity() -> Result:
     """Count the spans of triangles, and of a polygon that is not convex."""
     rng = np.random.default_rng(51)
-    most = max(runs(count(corners[None], (64, 64)) > 0) for corners in rng.uniform(-10, 74, (500, 3, 2)))
+    most = max(runs(count(corners[None], (64, 64), algorithm="edge-walk") > 0) for corners in rng.uniform(-10, 74, (500, 3, 2)))
     concave = np.array(SHAPES["concave, 8 corners"])
     turned = [runs(coverage((concave - 20) @ turn.T + 20.5, (41, 41))) for turn in rotations(36)]
     triangle = np.array([(4, 6), (37, 14), (15, 38)], np.float64)
@@ -272,7 +273,7 @@ EXPERIMENTS = (
         "One span a scan line",
         "However a triangle is turned, a scan line meets it in one span. A polygon that is not convex has several, and "
         "how many depends on how it is turned.",
-        convexity, (8,), count, "run(algorithm, order",
+        convexity, (8,), edge_walk, "write_span(write_sample",
     ),
     Experiment(
         "polygonal-approximation", "S0", "54-60", "Triangles can approximate arbitrary shapes",
