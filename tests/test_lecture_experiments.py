@@ -266,6 +266,7 @@ def test_orders_and_the_cache() -> None:
     assert numbers.value("hilbert", "mean step") == numbers.value("hilbert", "longest step") == 1.0
     assert all(row[-1] for row in numbers.rows)
     assert numbers.value("rows", "misses: frame buffer") == 64 * 64 * 4 // 64
+    assert column("traversal-orders", "turned by 37 degrees") == [2105, 964, 532, 526, 674]
     assert numbers.value("hilbert", "turned by 90") * 8 == numbers.value("rows", "turned by 90") == 4096
     assert all(column("large-and-small-triangles", -1))
 
@@ -299,7 +300,7 @@ def test_eye_z_is_not_straight_on_the_screen() -> None:
 
 
 def test_all_sweeps_show_the_same() -> None:
-    for heading in ("other than half-space", "lecture's: other", "edges left over"):
+    for heading in ("pixels other than by half-spaces", "pixels that the lecture's program shows otherwise", "edges left over"):
         assert set(column("scan-line-sweep", heading)) == {0}
     assert len(set(column("scan-line-sweep", "swaps"))) == 1
     wrong = column("kept-identity", 1)

@@ -134,7 +134,7 @@ class Axis(NamedTuple):
 
 
 def chart(
-    curves: Sequence[tuple[str, ArrayLike, ArrayLike]], x: Axis, y: Axis, size: tuple[int, int] = (560, 320)
+    curves: Sequence[tuple[str, ArrayLike, ArrayLike]], x: Axis, y: Axis, size: tuple[int, int] = (480, 300)
 ) -> UInt8Array:
     """Return curves over axes, (H, W, 3); on a logarithmic axis, what is not above 0 is left out.
 

@@ -220,9 +220,12 @@ def four_paths() -> Result:
         if name in ("scanline", "flood"):
             shown = painted(found + 2 * (found & ~exact), [WHITE, (158, 202, 225), WHITE, ORANGE])
             panels.append(
-                panel(f"{name}: orange is outside of the centres", with_outlines(enlarged(shown, k), [points], k, INK, 1.2))
+                panel(
+                    f"{name}: orange has its centre outside",
+                    with_outlines(enlarged(shown, k), [points], k, INK, 1.2),
+                )
             )
-    headings = ("way to fill", "pixels", "more than the centres inside", "less")
+    headings = ("way to fill", "pixels", "whose centres are outside", "inside and not filled")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
 

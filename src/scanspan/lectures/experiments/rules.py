@@ -48,18 +48,19 @@ def pair_picture(rule: str, order: int, color: tuple[str, str] = ("royalblue", "
 def shared_edge_ordering() -> Result:
     """Draw two triangles in both orders, under three rules, opaque and half transparent."""
     rows, panels = list[Row](), list[Panel]()
-    for rule in ("inclusive", "exclusive", "top-left"):
+    wordings = {"inclusive": "both draw it", "exclusive": "neither draws it", "top-left": "left or top"}
+    for rule, wording in wordings.items():
         first, second = pair_picture(rule, 0), pair_picture(rule, 1)
         hits = count(PAIR, (17, 14), rule=rule)
         gaps = int((hits[2:12, 8] == 0).sum())
-        rows.append((rule, int((first != second).any(axis=2).sum()), int((hits > 1).sum()), gaps))
+        rows.append((f"{wording} ({rule})", int((first != second).any(axis=2).sum()), int((hits > 1).sum()), gaps))
         for order, picture in ((1, first), (2, second)):
             if rule != "top-left" or order == 1:
-                name = f"{rule}, blue {'first' if order == 1 else 'last'}" if rule != "top-left" else "top-left, either order"
-                panels.append(panel(name, with_outlines(gridded(picture, K), list(PAIR), K)))
+                last = "in either order" if rule == "top-left" else "orange last" if order == 1 else "blue last"
+                panels.append(panel(f"{wording}, {last}", with_outlines(gridded(picture, K), list(PAIR), K)))
     canvas = Canvas(17, 14, "white")
     canvas.triangles(PAIR, (65, 105, 225, 128), rule="inclusive")
-    panels.append(panel("inclusive, both half transparent: the edge is painted twice", gridded(canvas.pixels, K)))
+    panels.append(panel("both draw it, half transparent: the edge is painted twice", gridded(canvas.pixels, K)))
     headings = ("rule", "pixels that depend on the order", "drawn twice", "gaps along the edge")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 

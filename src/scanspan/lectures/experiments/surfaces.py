@@ -106,8 +106,8 @@ def scan_lines() -> Result:
         "depths compared",
         "edges inserted",
         "swaps",
-        "other than half-space",
-        "lecture's: other",
+        "pixels other than by half-spaces",
+        "pixels that the lecture's program shows otherwise",
         "edges left over",
     )
     return Result(Table(headings, tuple(rows)), panels)

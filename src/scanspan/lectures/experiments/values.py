@@ -54,9 +54,9 @@ def three_ways() -> Result:
         derived += not 4 < y <= 12 or interpolation.weights_from_scan_line(p1, p2, p3, *point) == weights
     outside = (Fraction(40), Fraction(40))
     rows = (
-        ("samples inside", samples), ("bilinear way equal to the plane, exactly", bilinear),
-        ("barycentric way equal to the plane, exactly", barycentric),
-        ("weights derived from the scan line equal to shares of area", derived), ("worst difference of the library's", worst),
+        ("samples inside", samples), ("where the bilinear way is the plane, exactly", bilinear),
+        ("where the barycentric way is", barycentric),
+        ("where weights derived from the scan line are shares of area", derived), ("worst difference of the library's", worst),
         ("sum of weights at (40, 40), outside, with signed areas", sum(interpolation.weights_from_areas(p1, p2, p3, *outside))),
         ("the same with areas that have no sign", sum(interpolation.weights_from_areas(p1, p2, p3, *outside, signed=False))),
     )  # fmt: skip
