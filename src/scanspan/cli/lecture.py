@@ -17,6 +17,8 @@ from scanspan.view.reporter import Reporter
 if TYPE_CHECKING:
     from scanspan.lectures.experiments import Experiment, Result
 
+ALL_SECONDS = 120  # the kernels of all experiments together
+
 lecture = typer.Typer(rich_markup_mode="rich", context_settings={"help_option_names": ["-h", "--help"]})
 
 Number = Annotated[int | None, typer.Option("--lecture", metavar="N", min=0, max=4, help="One lecture alone, 0 to 4.")]
@@ -76,8 +78,12 @@ def run_experiment(name: Name, output: Output = None, verbose: options.Verbose =
         reporter.stage("starting")
         from scanspan.lectures.experiments import EXPERIMENTS, find_experiment
 
-        reporter.await_kernels()
-        if name != "all":
+        if name == "all":
+            from scanspan.jit import on_first_compile
+
+            on_first_compile(lambda: reporter.note(f"compiling kernels for this machine, once (about {ALL_SECONDS} s)"))
+        else:
+            reporter.await_kernels()
             one, target = find_experiment(name), output_file(name, output)
             reporter.stage(f"running {name}")
             found = one.run()

@@ -80,12 +80,17 @@ def number_table(numbers: Table) -> str:
 
 
 def code_block(source: Source) -> str:
-    """Return lines of code as HTML, with the one that does it marked."""
-    lines = []
-    for number, line in enumerate(source.code.split("\n"), start=source.first):
-        text = f'<span class="l">{number:>4}</span> {html.escape(line)}'
-        lines.append(f"<mark>{text}</mark>" if number == source.line else text)
-    return f'<p class="where"><code>{html.escape(source.file)}:{source.line}</code></p><pre>{chr(10).join(lines)}</pre>'
+    """Return the line that does it as HTML, and the lines around it to be unfolded."""
+    code, marked = source.code.split("\n"), source.line - source.first
+    lines = [f'<span class="l">{n:>4}</span> {html.escape(line)}' for n, line in enumerate(code, start=source.first)]
+    lines[marked] = f"<mark>{lines[marked]}</mark>"
+    return "\n".join(
+        (
+            f'<p class="where">The line that does it, in <code>{html.escape(source.file)}:{source.line}</code></p>',
+            f'<pre class="one">{html.escape(code[marked].strip())}</pre>',
+            "<details><summary>with the lines around it</summary><pre>" + "\n".join(lines) + "</pre></details>",
+        )
+    )
 
 
 def section(one: Experiment, found: Result) -> str:
@@ -94,11 +99,11 @@ def section(one: Experiment, found: Result) -> str:
     items = ", ".join(map(str, one.items))
     parts = [
         f'<section id="{one.name}"><h3><a href="#{one.name}">{html.escape(one.title)}</a></h3>',
-        f'<p class="slide">{one.lecture}, “{html.escape(one.slide)}”, {one.told_lines} · no. {items}{slips}</p>',
+        f'<p class="slide">{one.lecture}, “{html.escape(one.slide)}”, {one.told_lines} · item {items}{slips}</p>',
         f'<p class="idea">{html.escape(one.idea)}</p>',
         f'<div class="panels">{"".join(map(figure, found.panels))}</div>',
         number_table(found.numbers),
-        f"<details><summary>The line that does it</summary>{code_block(one.find_source())}</details>",
+        code_block(one.find_source()),
         f'<p class="run"><code>scanspan lecture run {one.name}</code></p></section>',
     ]
     return "\n".join(parts)
