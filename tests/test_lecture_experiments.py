@@ -81,10 +81,10 @@ def test_every_item_that_can_be_seen_has_an_experiment() -> None:
 
     # 99 is about somebody's scenes, 108 about operations in three dimensions.
     assert set(range(1, 125)) - items == {99, 108}
-    assert {entry.number for entry in PORTS} <= items
+    assert {entry.number for entry in PORTS} - items <= {99, 108}
 
-    # Two slips are about how a slide is set, and have nothing to show: statements out of place, a name spelled two ways.
-    assert {entry.number for entry in SLIPS} - {slip for one in EXPERIMENTS for slip in one.slips} == {2, 3}
+    # Some slips are about words, and have nothing to show: statements out of place, names spelled two ways, "usually".
+    assert {entry.number for entry in SLIPS} - {slip for one in EXPERIMENTS for slip in one.slips} <= {2, 3, 18, 20}
 
 
 def test_an_unknown_name_is_refused_with_the_nearest_one() -> None:
@@ -233,7 +233,10 @@ def test_pixels_on_average_are_the_area_of_parallelograms() -> None:
 
 def test_exact_shares_keep_the_light_of_a_moving_sliver() -> None:
     spread = dict(zip(column("moving-slivers", 0), column("moving-slivers", "std / mean"), strict=True))
-    assert spread["exact area"] < 1e-12 < 0.1 < spread["1 sample"]
+    assert spread["exact area"] < 1e-12 < 0.2 < spread["1 sample"]
+    for heading in ("std / mean", "most pieces", "longest gap", "flicker"):
+        measured = column("moving-slivers", heading)
+        assert measured == sorted(measured, reverse=True)
     assert number("moving-slivers", "exact area", "most pieces") == 1 < number("moving-slivers", "1 sample", "most pieces")
     assert number("moving-slivers", "exact area", "longest gap") == 0 < number("moving-slivers", "1 sample", "longest gap")
 

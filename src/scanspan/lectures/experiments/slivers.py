@@ -36,7 +36,7 @@ from scanspan.records import Array, Float64Array
 from scanspan.samples import POSITIONS
 from scanspan.target.cover import write_sum
 
-SLIVER = np.array([(3.3, 2.2), (44.8, 12.6), (44.9, 13.3)])
+SLIVER = np.array([(5.1, 3.4), (42.2, 10.8), (42.0, 11.3)])
 SIZE = (52, 18)
 STEPS = 16
 
@@ -259,9 +259,9 @@ EXPERIMENTS = (
     Experiment(
         "moving-slivers", "S2", "371-373", "Triangle Rasterization Issues",
         "Moving slivers",
-        "A triangle a third of a pixel thin moves down by one pixel in sixteen steps. With one sample a pixel it breaks "
-        "into pieces that crawl and twinkle; with more samples it holds together, and with exact shares its light is the "
-        "same in every step.",
+        "A triangle thinner than half a pixel moves down by one pixel in sixteen steps. With one sample a pixel it breaks into "
+        "pieces that crawl and twinkle; with more samples the pieces join and twinkle less, and with exact shares the light "
+        "is the same in every step.",
         moving_slivers, (48, 96), spread_row, "cover += sums[x]",
     ),
     Experiment(
