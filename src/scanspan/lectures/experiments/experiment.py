@@ -108,8 +108,8 @@ def table(*rows: Row, headings: tuple[str, ...] = ("", "")) -> Table:
 def written(value: Any) -> str:
     """Return a number as it is printed.
 
-    >>> [written(value) for value in (1234567, 0.1, 1 / 3, 4.0e-8, True, Fraction(1, 3), np.float32(0.1), "as it is")]
-    ['1,234,567', '0.1', '0.333333', '4e-08', 'yes', '1/3', '0.1', 'as it is']
+    >>> [written(value) for value in (1234567, 0.1, 1 / 3, 4.0e-8, True, np.float32(0.1), "as it is")]
+    ['1,234,567', '0.1', '0.333333', '4e-08', 'yes', '0.1', 'as it is']
     """
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
@@ -122,21 +122,27 @@ def written(value: Any) -> str:
     return str(value)
 
 
-def aligned(numbers: Table) -> str:
-    """Return a table as text: columns of numbers to the right, words to the left.
+def aligned(numbers: Table, narrow: int = 14) -> str:
+    """Return a table as text: columns of numbers to the right, words to the left, long headings in several lines.
 
     >>> print(aligned(table(("pixels", 12), ("gaps", 3))))
     pixels  12
     gaps     3
     """
     body = [[written(cell) for cell in row] for row in numbers.rows]
-    head = [list(numbers.headings)] if any(numbers.headings) else []
-    widths = [max(len(row[k]) for row in head + body) for k in range(len(numbers.headings))]
-    is_word = [k == 0 or all(isinstance(row[k], str) for row in numbers.rows) for k in range(len(widths))]
+    columns = range(len(numbers.headings))
+    is_word = [k == 0 or all(isinstance(row[k], str) for row in numbers.rows) for k in columns]
+    widths = [max(len(row[k]) for row in body) for k in columns]
+
+    # Break headings where they are wider than their column, and set them at its foot.
+    heads = [textwrap.wrap(name, max(width, narrow), break_long_words=False) for name, width in zip(numbers.headings, widths)]
+    widths = [max([width, *map(len, head)]) for width, head in zip(widths, heads)]
+    depth = max(map(len, heads))
+    top = [[head[k - depth] if k >= depth - len(head) else "" for head in heads] for k in range(depth)]
     lines = [
         "  ".join(cell.ljust(w) if word else cell.rjust(w) for cell, w, word in zip(row, widths, is_word)).rstrip()
-        for row in head + body
+        for row in top + body
     ]
-    if head:
-        lines.insert(1, "  ".join("-" * w for w in widths))
+    if depth:
+        lines.insert(depth, "  ".join("-" * w for w in widths))
     return "\n".join(lines)

@@ -236,9 +236,9 @@ EXPERIMENTS = (
     Experiment(
         "large-and-small-triangles", "S1", "68-94", "Discussion of Polygon Scan Conversion Algorithms",
         "Few large or many small triangles",
-        "The same square in 2 to 8,192 triangles, by three algorithms that show the same picture. Walking edges costs a "
-        "span a row and triangle, half-spaces an edge value a sample: for large triangles the first is little, for small "
-        "ones both are alike.",
+        "The same square in 2 to 8,192 triangles, by three algorithms that show the same picture. Walking edges costs a span "
+        "a row and triangle, half-spaces cost edge values for every sample. For large triangles a few spans do; the smaller "
+        "the triangles, the more spans there are and the less each of them saves.",
         walking_and_edges, (13, 15, 17, 18), scan_row, "inside = ((f0",
     ),
     Experiment(
