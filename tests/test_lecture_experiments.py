@@ -20,6 +20,10 @@ from tests.experimenting import found, number
 
 # The lengths of the five documents in lines.
 LENGTHS = {"S0": 571, "S1": 153, "S2": 518, "S3": 691, "S4": 729}
+DEMONSTRATING = (
+    "edge_faults", "fixed_point_faults", "walking", "ownership", "interpolation", "lines", "fills", "hidden_surfaces",
+    "half_planes",
+)  # fmt: skip
 NAMES = [one.name for one in EXPERIMENTS]
 
 
@@ -85,6 +89,18 @@ def test_every_item_that_can_be_seen_has_an_experiment() -> None:
 
     # Some slips are about words, and have nothing to show: statements out of place, names spelled two ways, "usually".
     assert {entry.number for entry in SLIPS} - {slip for one in EXPERIMENTS for slip in one.slips} <= {2, 3, 18, 20}
+
+
+def test_every_demonstration_is_part_of_an_experiment() -> None:
+    shown = {
+        node.attr
+        for path in sorted(Path(inspect.getfile(Experiment)).parent.glob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Attribute)
+    }
+    entries = [entry for entry in [*PORTS, *SLIPS] if entry.is_demonstration and entry.home.split(".")[2] in DEMONSTRATING]
+    assert len(entries) > 40
+    assert {entry.function.__name__ for entry in entries} - shown == set()
 
 
 def test_an_unknown_name_is_refused_with_the_nearest_one() -> None:
@@ -190,6 +206,7 @@ def test_the_smooth_triangle_and_the_sums() -> None:
     assert number("smooth-as-printed", "with it") == 0
     assert number("smooth-as-printed", "alpha of the average of 0, 0 and 30, in S0") == 255
     assert number("smooth-as-printed", "in S4") == 10
+    assert number("smooth-as-printed", "the variable area of a triangle whose area is 4") == 8
     assert number("running-sums", "samples lost by the running sum, of 8") == 3
     assert number("running-sums", "by the library") == 0
 
@@ -207,6 +224,8 @@ def test_points_lines_and_forms() -> None:
     right, left = (found("slope-forms").numbers.rows[k][1:] for k in (0, 1))
     assert (right[0], right[1]) == (left[0], -left[1])
     assert math.isinf(number("slope-forms", "upright, at (10, 20)"))
+    assert found("slope-forms").numbers.rows[-2][1:] == (-2.5, -10, 10)
+    assert found("slope-forms").numbers.rows[-1][1:] == (-2.5, 10, -10)
     assert math.isnan(number("slope-forms", "upright, on its own line (16, 20)"))
 
 
@@ -219,6 +238,7 @@ def test_who_owns_the_pixels_between_two() -> None:
         assert (number(name, rule, "gaps"), number(name, rule, "drawn more than once")) == (0, 0)
     assert number(name, "draw", "drawn more than once") == number(name, "do not draw", "gaps") == 1505
     assert 0 < number(name, "same side", "gaps") < 100
+    assert number(name, "the program of S0, which draws where e >= 0", 3) == 1505
     assert column("golden-triangles", 1) == column("golden-triangles", 2) == [15, 10, 25]
     assert [row[1:] for row in found("shared-edge-ordering").numbers.rows] == [(12, 12, 0), (0, 0, 10), (0, 0, 0)]
     assert column("ceil-and-floor", 1)[:3] == [13, 0, 0]

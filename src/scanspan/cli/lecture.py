@@ -158,6 +158,7 @@ def make_report(experiments: Sequence[Experiment], folder: Path) -> str:
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as progress:
         task = progress.add_task("starting", total=len(experiments))
         page = write_page(experiments, lambda one, number: progress.update(task, description=one.name, completed=number))
+        progress.update(task, description="done", completed=len(experiments))
     target = folder / "index.html"
     write_bytes(target, page.encode())
     return f"{len(experiments)} experiments\n{target}\n"

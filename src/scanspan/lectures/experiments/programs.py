@@ -136,6 +136,9 @@ def slope_forms() -> Result:
             ),
         )
     )
+    turned = half_planes.demonstrate_sign_flip()
+    for name, slope, multiplied in zip(("(0, 0) to (4, 2)", "(4, 2) to (0, 0)"), turned.slope, turned.multiplied, strict=True):
+        rows.append((f"edge {name}, at (1, 3)", slope, multiplied, -multiplied))
     headings = ("edge and point", "slope form", "multiplied", "with the sign flipped")
     return Result(Table(headings, tuple(rows)), tuple(panels))
 
@@ -147,6 +150,7 @@ def smooth_as_printed() -> Result:
         edge_faults.demonstrate_missing_half(),
         edge_faults.demonstrate_stale_scale(),
     )
+    area = edge_faults.demonstrate_area()
     alpha = edge_faults.demonstrate_dropped_alpha()
     rows = (
         ("colours in the triangle, as printed", printed.as_printed),
@@ -162,6 +166,8 @@ def smooth_as_printed() -> Result:
         ("made anew", scale.worst_error_if_made_anew),
         ("alpha of the average of 0, 0 and 30, in S0", alpha.float_version),
         ("in S4", alpha.fixed_version),
+        ("the variable area of a triangle whose area is 4", area.variable),
+        ("planes divided by it are right at the corners", area.plane_exact),
     )
     points, panels = [(2.0, 1.0), (29.0, 5.0), (9.0, 30.0)], []
     for name, draw in (("as printed: the colour was never set", True), ("as meant", False)):

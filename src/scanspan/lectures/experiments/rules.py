@@ -9,7 +9,7 @@ import numpy as np
 
 from scanspan.canvas import Canvas
 from scanspan.geometry.fill_rule import is_filled
-from scanspan.lectures import ownership, walking
+from scanspan.lectures import edge_faults, ownership, walking
 from scanspan.lectures.compare import shipped_hits, shuffled_mesh
 from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
@@ -68,7 +68,10 @@ def shared_edge_ordering() -> Result:
 def which_pixels() -> Result:
     """Draw one mesh under every rule of the lectures and of the library."""
     found = ownership.demonstrate_rules()
-    rows = [(name, one.samples, one.gaps, one.doubles) for name, one in found.items()]
+    rows: list[Row] = [(name, one.samples, one.gaps, one.doubles) for name, one in found.items()]
+    program = edge_faults.demonstrate_shared_edges()
+    rows.append(("the program of S0, which draws where e >= 0", program.samples, "", program.drawn_twice))
+    rows.append(("the same with its text, where e > 0", program.samples, program.gaps, ""))
 
     # Show a corner of a mesh, with samples at whole coordinates.
     mesh, size, k = shuffled_mesh(1, 5, 4, 6), (31, 25), 8
