@@ -13,7 +13,7 @@ JOBS = 2
 # More arguments for pytest, such as TESTS="tests/test_house.py -x".
 TESTS =
 
-.PHONY: help demo test verify bench lint format docs clean lock
+.PHONY: help demo test verify bench lint format docs lectures clean lock
 
 help:
 	@echo "make demo                render a model to a picture"
@@ -22,6 +22,7 @@ help:
 	@echo "make bench               race the peers on this machine"
 	@echo "make lint | format       check | mend the style"
 	@echo "make docs                run the examples in the documentation"
+	@echo "make lectures            renew the page on the lectures, docs/lectures/index.html"
 	@echo "make lock                renew the lock files"
 	@echo "make clean               remove everything that make made"
 
@@ -60,6 +61,9 @@ format: .venv/.dev
 
 docs: .venv/.dev
 	@$(RUN) -m pytest --doctest-glob="*.md" README.md docs src
+
+lectures: .venv/.core
+	@$(RUN) -m scanspan lecture run all -o docs/lectures
 
 # uv is needed for nothing else, so it has a place of its own.
 lock: .venv/.core

@@ -5,6 +5,7 @@ A guest in the house: it may import everything, and nothing but the command line
 S0 is the lecture on scan converting triangles in C#, S1 the one on edge equations, S2 the one on rasterization with lines and
 fills, S3 the one on scan-line hidden surfaces and homogeneous coordinates, S4 the one on triangles in Java.
 
+experiments        what the slides show and ask, as numbers and pictures; report puts them on a page
 raster             what the triangles are drawn on
 edge_equations     FlatTri, SmoothTri, EdgeEqn and PlaneEqn in floating point; half_planes has the formulas, exercise an answer
 fixed_point        the same in 12 fractional bits
