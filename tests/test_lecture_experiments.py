@@ -363,6 +363,17 @@ def test_primitives_and_splats() -> None:
     assert [round(rate, 3) for rate in rates] == [0.99, 1.209, 1.409, 1.786]
 
 
+def test_a_model_is_shown_whole() -> None:
+    rows = found("read-a-model").numbers.rows
+    lines, vertices, triangles, visible, covered = (float(row[1]) for row in rows)
+    assert lines == vertices + triangles
+    # Of a closed convex body, less than half faces the eye, and not much less.
+    assert 0.3 * triangles < visible < 0.5 * triangles
+    for shown in found("read-a-model").panels:
+        drawn = (shown.pixels != 255).any(axis=2).mean()
+        assert abs(100 * drawn - covered) < 2.5
+
+
 # Lines and fills
 
 

@@ -25,6 +25,7 @@ from scanspan.lectures import (
     sampling,
 )
 from scanspan.lectures.catalog import EDGES, FIXED, LINES, SHIPPED_TESTS, WALKING, Entry
+from scanspan.lectures.experiments import colors, precision, projection, scenes, shapes, slivers
 from scanspan.raster import (
     active_edges,
     algorithms,
@@ -45,6 +46,7 @@ from scanspan.target import gouraud, sink
 
 PROJECTIVE, MODELS = "tests/test_lecture_projective.py::", "tests/test_color_models.py::"
 ALGORITHMS, TESSELLATION = "tests/test_algorithms.py::", "tests/test_tessellation.py::"
+EXPERIMENTS = "tests/test_lecture_experiments.py::"
 
 # fmt: off
 SHIPPED: tuple[Entry, ...] = (
@@ -89,6 +91,16 @@ SHIPPED: tuple[Entry, ...] = (
           SHIPPED_TESTS + "test_curves_are_followed_block_by_block"),
     Entry(18, "without clipping", "S1", "87", homogeneous_edges.without_clipping,
           "tests/test_homogeneous_edges.py::test_a_sheet_through_the_near_plane_has_no_cracks_and_no_double_hits"),
+    Entry(25, "what a difference keeps", "S0 S4", "172-181; 213-219", precision.four_digits,
+          EXPERIMENTS + "test_a_difference_keeps_one_digit_of_four"),
+    Entry(26, "C three ways", "S0 S4", "183-191; 221-227", precision.precision_of_c,
+          EXPERIMENTS + "test_the_average_is_precise_and_the_difference_is_not"),
+    Entry(27, "fifteen rows", "S4", "229-268", precision.loss_of_precision,
+          EXPERIMENTS + "test_all_fifteen_rows_of_the_loss_of_precision_are_the_slides"),
+    Entry(42, "both scenes, flat", "S0 S4", "365-394; 495-499", scenes.flat_scenes,
+          EXPERIMENTS + "test_scenes_are_the_slides_within_a_level"),
+    Entry(48, "moving slivers", "S2", "371-373", slivers.moving_slivers,
+          EXPERIMENTS + "test_exact_shares_keep_the_light_of_a_moving_sliver"),
     Entry(49, "an edge has one owner, whatever the order", "S2", "377", edge.edge_bias,
           "tests/test_partition.py::test_a_mesh_over_the_image_owns_every_sample_once"),
     Entry(49, "so has a sample where two are as near", "S2", "377", write.is_nearer,
@@ -168,6 +180,12 @@ SHIPPED: tuple[Entry, ...] = (
           PROJECTIVE + "test_115_the_plane_at_infinity_comes_within_reach"),
     Entry(116, "in perspective", "S3", "610-630", pipeline.interpolate,
           PROJECTIVE + "test_116_depth_is_straight_on_the_screen_after_the_division_and_eye_z_is_not"),
+    Entry(117, "two checks of one light", "S3", "632-662", colors.checker_shadow,
+          EXPERIMENTS + "test_check_a_is_check_b"),
+    Entry(119, "a model read and shown", "S3", "55-108", projection.model,
+          EXPERIMENTS + "test_a_model_is_shown_whole"),
+    Entry(120, "primitives a pixel", "S0 S4", "531-542; 692-703", shapes.five_primitives,
+          EXPERIMENTS + "test_primitives_and_splats"),
     Entry(124, "read a model", "S0 S4", "567-571; 728-729", load.load,
           "tests/test_silhouette.py::test_the_shipped_model"),
     Entry(124, "show it", "S0 S4", "567-571; 728-729", pipeline.render,
@@ -221,19 +239,11 @@ class Awaited(NamedTuple):
     reason: str
 
 
-EXPERIMENT, INVENTOR, SPLATS = "an experiment to come", "comes with Open Inventor scenes", "comes with point clouds"
+INVENTOR, SPLATS = "comes with Open Inventor scenes", "comes with point clouds"
 
 AWAITED: tuple[Awaited, ...] = (
-    Awaited("25", "S0 S4", "172-181; 213-219", EXPERIMENT),
-    Awaited("26", "S0 S4", "183-191; 221-227", EXPERIMENT),
-    Awaited("27", "S4", "229-268", EXPERIMENT),
-    Awaited("42", "S0 S4", "365-394; 495-499", EXPERIMENT),
-    Awaited("48", "S2", "371-373", EXPERIMENT),
     Awaited("99", "S3", "39-53", INVENTOR),
-    Awaited("117", "S3", "632-662", EXPERIMENT),
     Awaited("118", "S3", "664-690", INVENTOR),
-    Awaited("119", "S3", "55-108", EXPERIMENT),
-    Awaited("120", "S0 S4", "531-542; 692-703", EXPERIMENT),
     Awaited("121", "S0 S4", "536-542; 697-703", SPLATS),
     Awaited("122", "S0 S4", "543-549; 704-710", SPLATS),
     Awaited("123", "S0 S4", "550-566; 711-727", SPLATS),

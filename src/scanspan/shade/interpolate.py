@@ -14,7 +14,7 @@ import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
-from scanspan.shade.weights import LANES, ROWS, find_covered, weigh_row
+from scanspan.shade.weights import LANES, ROWS, any_odd, find_covered, weigh_row
 from scanspan.shade.weights import edge_value as edge_value
 
 
@@ -29,7 +29,7 @@ def barycentric_kernel(
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
     places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
-    s, x = np.int64(subpixel_bits), np.int64(sample_x)
+    s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(triangles.weights, triangles.inner)
     for j in range(slots.shape[0]):
         covered = find_covered(slots, j, places)
         if covered < slots.shape[1]:
@@ -37,7 +37,7 @@ def barycentric_kernel(
         y = (np.int64(y_start + j) << s) + np.int64(sample_y)
         for start in range(0, covered, LANES):
             count = min(covered - start, LANES)
-            weigh_row(slots, j, places, start, count, triangles, x, y, s, lanes)
+            weigh_row(slots, j, places, start, count, triangles, x, y, s, has_odd, lanes)
             for k in range(count):
                 i = places[start + k]
                 out[j, i, 0], out[j, i, 1], out[j, i, 2] = lanes[k], lanes[LANES + k], lanes[2 * LANES + k]
@@ -71,13 +71,13 @@ def interpolate_rows(
     Units   as for barycentric_kernel, whose weights these are, without being kept.
     """
     places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
-    s, x = np.int64(subpixel_bits), np.int64(sample_x)
+    s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(screen.weights, screen.inner)
     for j in range(slots.shape[0]):
         covered = find_covered(slots, j, places)
         y = (np.int64(y_start + j) << s) + np.int64(sample_y)
         for start in range(0, covered, LANES):
             count = min(covered - start, LANES)
-            weigh_row(slots, j, places, start, count, screen, x, y, s, lanes)
+            weigh_row(slots, j, places, start, count, screen, x, y, s, has_odd, lanes)
 
             # Look up the corners of each run of one triangle, and go along it.
             k = np.int64(0)

@@ -132,15 +132,24 @@ def weigh_lanes(lanes: Float64Array, count: Integer) -> bool:
     return any_far
 
 
+@bare_kernel
+def any_odd(weights: Float64Array, inner: UInt8Array) -> bool:
+    """Say whether any triangle is a piece of one, or is not weighed by its corners as they are."""
+    bits = np.uint8(0)
+    for n in range(inner.shape[0]):
+        bits |= inner[n]
+    return weights.shape[0] > 0 or bool(bits != 0)
+
+
 @kernel
 def weigh_row(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, triangles: ScreenTriangles,
-    sample_x: Integer, y: Integer, s: Integer, lanes: Float64Array,
+    sample_x: Integer, y: Integer, s: Integer, has_odd: bool, lanes: Float64Array,
 ) -> None:  # fmt: skip
     """Put the weights of at most LANES visible samples of row j into the first three rows of lanes.
 
     Shapes  slots: (h, W), row of triangles.corners or -1; places: (W,), the columns, of which `count` are wanted from `start`
-            on; lanes: (ROWS x LANES,).
+            on; has_odd: any_odd of the triangles; lanes: (ROWS x LANES,).
     Units   sample_x: sub-pixels from a pixel's corner; y: of the row's samples, in sub-pixels.
     """
     xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
@@ -148,8 +157,8 @@ def weigh_row(
     gather_lanes(slots, j, places, start, count, xy, clip, corners, sample_x, y, s, lanes)
     any_far = weigh_lanes(lanes, count)
 
-    # Weigh one by one what is far, or cut, or has lines of its own.
-    if any_far or weights.shape[0] + triangles.lines.shape[0] > 0:
+    # Weigh one by one what is far, or cut, or a polygon.
+    if any_far or has_odd:
         for k in range(count):
             n = slots[j, places[start + k]]
             if lanes[IS_FAR * LANES + k] != 0.0 or piece[n] >= 0 or inner[n] != 0:

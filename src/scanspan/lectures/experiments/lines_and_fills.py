@@ -30,7 +30,7 @@ from scanspan.lectures.experiments.figure import (
     with_outlines,
 )
 from scanspan.masks import coverage
-from scanspan.raster.flood import flood_kernel
+from scanspan.raster.flood import spread
 from scanspan.raster.parity import cross_row
 from scanspan.raster.segment import walk_pixels, write_steps
 from scanspan.records import Array, Int32Array
@@ -258,7 +258,7 @@ EXPERIMENTS = (
         "Each pixel is looked at up to four times, 4 N + 1 calls for N pixels, nested as deep as there are pixels; flags "
         "have to be cleared for every polygon, and where outlines touch, what lies behind is never reached. By spans each"
         " pixel is looked at about twice, and nothing is nested.",
-        flood_drawbacks, (69, 70), flood_kernel, "filled[row, k] = True",
+        flood_drawbacks, (69, 70), spread, "counts[LOOKS] += end - start + beside",
     ),
     Experiment(
         "parity-test", "S2", "335-368", "General Polygon Rasterization",

@@ -19,7 +19,7 @@ from scanspan.lectures.raster import Raster, at_centres, vertices
 from scanspan.pipeline import rasterize
 from scanspan.raster.edge import edge_bias
 from scanspan.records import BoolArray, Float64Array, UInt8Array
-from scanspan.shade.interpolate import barycentric_kernel
+from scanspan.shade.weights import weigh_sample
 
 PAINTERS = ("half-space", "edge-walk", "warnock", "micropolygon")
 
@@ -194,6 +194,6 @@ EXPERIMENTS = (
         "Any parameter over a triangle",
         "Colour, depth, texture coordinates and normals are all sums of three weights. The weights are right in "
         "perspective: the checks get smaller with distance. A normal comes out too short and has to be made a unit again.",
-        arbitrary_parameters, (51, 62), barycentric_kernel, "w0, w1, w2 = w0 / total",
+        arbitrary_parameters, (51, 62), weigh_sample, "w0, w1, w2 = w0 / total",
     ),
 )  # fmt: skip

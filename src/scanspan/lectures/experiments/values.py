@@ -30,7 +30,8 @@ from scanspan.lectures.experiments.figure import (
 from scanspan.pipeline import interpolate, rasterize
 from scanspan.raster.setup import depth_at
 from scanspan.records import Array, BoolArray, Float64Array
-from scanspan.shade.interpolate import barycentric_kernel, blend
+from scanspan.shade.interpolate import blend
+from scanspan.shade.weights import weigh_sample
 
 CORNERS = [(4, 4), (40, 12), (14, 38)]  # the scan lines above y = 12 meet the two edges that leave from the first
 
@@ -211,7 +212,7 @@ EXPERIMENTS = (
         "Along edges and then across, as a weighted sum, as a plane: three ways to the same number. In fractions they "
         "agree exactly at every sample, and the weights derived from the scan line are shares of area. Outside of the "
         "triangle the areas need their signs.",
-        three_ways, (51, 52, 54, 55, 56, 57), barycentric_kernel, "e0 = edge_value(", slips=(13,),
+        three_ways, (51, 52, 54, 55, 56, 57), weigh_sample, "e0 = edge_value(", slips=(13,),
     ),
     Experiment(
         "gouraud-pitfall", "S2", "406-409", "Bilinear Interpolation",
