@@ -29,6 +29,7 @@ READERS: dict[str, tuple[str, str, str]] = {
     "gltf": ("read_gltf", "read_gltf", "+Y"),
     "glb": ("read_gltf", "read_gltf", "+Y"),
     "3mf": ("read_3mf", "read_3mf", "+Z"),
+    "iv": ("read_iv", "read_iv", "+Y"),
 }
 """Extension to the reader's module in formats/, its function, and the direction that is up."""
 
