@@ -33,6 +33,9 @@ READERS: dict[str, tuple[str, str, str]] = {
 }
 """Extension to the reader's module in formats/, its function, and the direction that is up."""
 
+PACKED = (".gz", ".asc")
+"""Endings that may follow .iv: packed, and text beside a binary file of the same name."""
+
 MAX_BYTES = 2**31
 MAX_TRIANGLES = 100_000_000
 MAX_FACE_CORNERS = 10_000
@@ -53,8 +56,8 @@ def load(
 
     Parameters
     ----------
-    path : an OBJ, PLY, STL, glTF, GLB, 3MF or OFF file, or a zip archive that holds one of them. A PLY without faces gives
-        points.
+    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. A PLY
+        without faces gives points.
     file_type : the extension to go by, where the name has none or a wrong one.
     nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it.
     max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
@@ -128,7 +131,10 @@ def _kind_of(name: str, file_type: str | None) -> str:
         if kind not in file_types():
             raise unknown_name("file type", file_type, file_types())
         return kind
-    kind = os.path.splitext(name)[1].lower().removeprefix(".")
+    plain = name.lower()
+    for ending in PACKED:
+        plain = plain.removesuffix(ending) if plain.endswith(f".iv{ending}") else plain
+    kind = os.path.splitext(plain)[1].removeprefix(".")
     if kind not in file_types():
         problem = f"unknown extension {'.' + kind!r}" if kind else "the name has no extension; give file_type"
         _stat(name)

@@ -23,7 +23,7 @@ from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, LimitError
 from scanspan.homogeneous import FloatArray
 
-MAX_INSTANCES = 1_000_000
+MAX_INSTANCES = 100_000
 
 Indices = NDArray[np.int64]
 

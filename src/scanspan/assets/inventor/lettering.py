@@ -23,7 +23,7 @@ MAX_LETTERS = 20_000
 
 
 class Letter(NamedTuple):
-    """A letter one unit high: its rings, (n, 2) each with y up and holes among them, and how far the next one stands."""
+    """A letter one unit high: its rings, (n, 2) each with y up and the inside on the left, and how far the next one stands."""
 
     rings: tuple[FloatArray, ...]
     advance: float
@@ -81,7 +81,7 @@ def trace(sign: str) -> Letter:
         return Letter((), advance)
     picture = Image.new("L", (width, height))
     ImageDraw.Draw(picture).text((2 - left, 2 - top), sign, font=font, anchor="ls", fill=255)
-    rings = [simplify(ring) for ring in contours(np.asarray(picture, dtype=np.float64))]
+    rings = [simplify(ring)[::-1] for ring in contours(np.asarray(picture, dtype=np.float64))]
     corner = np.array([2.0 - left, 2.0 - top])
     return Letter(tuple((ring - corner) * (1.0, -1.0) / PIXELS for ring in rings if len(ring) >= 3), advance)
 

@@ -148,7 +148,8 @@ ALIASES = {
 }
 
 WIDTHS = {"Vec2f": 2, "Vec3f": 3, "Vec4f": 4, "Color": 3, "Plane": 4, "Rotation": 4, "Matrix": 16, "Vec2s": 2, "Vec3d": 3}
-NUMBERS = ("Float", "Int32", "UInt32", "Long", "ULong", "Short", "UShort", "Double", "Time")
+WHOLE_NUMBERS = ("Int32", "UInt32", "Long", "ULong", "Short", "UShort")
+NUMBERS = ("Float", "Double", "Time", *WHOLE_NUMBERS)
 TEXTS = ("String", "Name", "Enum", "Word")
 OTHERS = ("Bool", "BitMask", "Node", "Image", "Image3", "Trigger")
 
@@ -191,9 +192,10 @@ def empty(kind: str, is_many: bool, listed: str = "") -> Any:
             return np.eye(4)
         return numbers if len(numbers) else np.array([0.0, 0.0, 0.0, 1.0]) if kind == "Rotation" else np.zeros(width)
     if kind in NUMBERS:
+        number = int if kind in WHOLE_NUMBERS else float
         if is_many:
-            return np.array([float(word) for word in listed.split(",") if word])
-        return float(listed or 0)
+            return np.array([number(word) for word in listed.split(",") if word], dtype=number)
+        return number(listed or 0)
     if kind in TEXTS:
         return ([listed] if listed else []) if is_many else listed
     if kind == "Bool":

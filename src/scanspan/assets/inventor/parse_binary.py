@@ -30,6 +30,8 @@ def parse_binary(source: Source) -> list[Node]:
     try:
         while parser.scanner.left >= SMALLEST_NODE:
             parser.read_node(nodes, 0)
+        if any(parser.scanner.content[parser.scanner.place :]):
+            raise ReadError(f"expected a node or the end of the file, got {parser.scanner.left} bytes", parser.scanner.place)
     except ReadError as error:
         source.note(f"{error}; the rest of the file is left out", source.where(error.place))
     return nodes

@@ -100,7 +100,8 @@ def make_cone(radius: float, height: float, complexity: float, parts: tuple[str,
         foot = np.stack([around[:, 0] * radius, np.full(sides + 1, -height / 2.0), around[:, 1] * radius], axis=1)
         tip = np.tile((0.0, height / 2.0, 0.0), (sides, 1))
         share = np.linspace(0.0, 1.0, sides + 1)
-        middle = (slope[:-1] + slope[1:]) / 2.0
+        middle = slope[:-1] + slope[1:]
+        middle /= np.maximum(np.sqrt((middle * middle).sum(axis=1, keepdims=True)), 1e-300)
         points = np.stack([foot[:-1], foot[1:], tip], axis=1).reshape(-1, 3)
         normals = np.stack([slope[:-1], slope[1:], middle], axis=1).reshape(-1, 3)
         half = (share[:-1] + share[1:]) / 2.0

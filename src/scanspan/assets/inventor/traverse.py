@@ -25,7 +25,7 @@ from scanspan.assets.inventor.state import State, use_material, use_packed_color
 from scanspan.errors import FormatError, LimitError
 from scanspan.homogeneous import FloatArray, compose
 
-MAX_VISITS = 2_000_000
+MAX_VISITS = 500_000
 MAX_FILES = 1000
 
 NONE, INHERIT, ALL = -1, -2, -3  # of a Switch

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scanspan.assets.inventor.binary import BinaryScanner
-from scanspan.assets.inventor.nodes import NUMBERS, TEXTS, WIDTHS, FieldType
+from scanspan.assets.inventor.nodes import NUMBERS, TEXTS, WHOLE_NUMBERS, WIDTHS, FieldType
 from scanspan.assets.inventor.tokens import ReadError, Scanner
 from scanspan.homogeneous import FloatArray
 
-WHOLE = ("Int32", "UInt32", "Long", "ULong", "Short", "UShort")
 CODES = {"Int32": ">i4", "Long": ">i4", "UInt32": ">u4", "ULong": ">u4", "Short": ">i4", "UShort": ">u4"}
 DOUBLES = {"Double": ">f8", "Time": ">f8", "Vec3d": ">f8"}
 MAX_WORDS = 64  # of a bit mask
@@ -41,12 +40,12 @@ def _shape(values: FloatArray, field: FieldType) -> Any:
     if field.kind in WIDTHS:
         values = values.reshape(-1, WIDTHS[field.kind])
         values = values.reshape(-1, 4, 4) if field.kind == "Matrix" else values
-    elif field.kind in WHOLE:
+    elif field.kind in WHOLE_NUMBERS:
         values = np.clip(np.nan_to_num(values, nan=0.0), -(2.0**31), 2.0**32 - 1).astype(np.int64)
     if field.is_many:
         return values
     value = values[0]
-    return value if field.kind in WIDTHS else int(value) if field.kind in WHOLE else float(value)
+    return value if field.kind in WIDTHS else int(value) if field.kind in WHOLE_NUMBERS else float(value)
 
 
 # Texts
@@ -155,7 +154,8 @@ def binary_value(scanner: BinaryScanner, field: FieldType) -> Any:
         width = WIDTHS.get(kind, 1)
         size = width * np.dtype(code).itemsize
         count = scanner.count(size, "a number of values") if field.is_many else 1
-        return _shape(scanner.array(count * width, code).astype(np.float64), field)
+        with np.errstate(invalid="ignore"):
+            return _shape(scanner.array(count * width, code).astype(np.float64), field)
     if kind in ("Image", "Image3"):
         place = scanner.place
         sides = scanner.array(3 if kind == "Image" else 4, ">i4").astype(np.float64)
