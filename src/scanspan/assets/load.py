@@ -82,15 +82,21 @@ def load(
         as_limit(max_texture_pixels, "max_texture_pixels"),
         as_limit(max_face_corners, "max_face_corners"),
     )
+    return _to_scene(*open_model(path, file_type, limits, nonfinite))
+
+
+def open_model(
+    path: str | os.PathLike[str], file_type: str | None = None, limits: Limits | None = None, nonfinite: str = "error"
+) -> tuple[str, ModelFile]:
+    """Return the kind of a model file and the file itself, read but not yet parsed; of an archive, the one model in it."""
+    limits = limits or Limits(MAX_BYTES, MAX_TRIANGLES, MAX_TEXTURE_PIXELS, MAX_FACE_CORNERS)
     name = as_path(path)
     kind = _kind_of(name, file_type)
     content = read_content(name, limits.bytes, "a model file")
     if not content:
         raise FormatError(name, "the file is empty")
     file = ModelFile(name, content, DiskFolder(Path(name).parent), limits, nonfinite)
-    if kind == "zip":
-        kind, file = _open_archive(file)
-    return _to_scene(kind, file)
+    return _open_archive(file) if kind == "zip" else (kind, file)
 
 
 def file_types() -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from typer.main import get_command
 from scanspan import __version__
 from scanspan.cli import study
 from scanspan.cli.draw import draw
+from scanspan.cli.ivscan import ivscan
 from scanspan.cli.warming import run_kernels
 from scanspan.errors import InputError, ScanspanError, unknown_name
 from scanspan.view import options
@@ -179,6 +180,7 @@ def render(
 app.command()(study.explain)
 app.command()(study.algorithms)
 app.command()(draw)
+app.command()(ivscan)
 
 
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:

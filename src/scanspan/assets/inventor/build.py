@@ -6,7 +6,7 @@ that one broken shape does not lose the others; only limits end the reading.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,15 @@ SHAPING = (
 )  # fmt: skip
 
 
+class Placed(NamedTuple):
+    """What was in force where an instance was made: its node, the hints, and the numbers of the lights."""
+
+    node: Node
+    ordering: str
+    is_solid: bool
+    lights: tuple[int, ...]
+
+
 class Builder:
     """Collects the instances of a scene.
 
@@ -42,16 +51,17 @@ class Builder:
     ----------
     file : the model, for its limits and notes.
     instances : in the order in which their shapes were met.
+    placed : what was in force at each of them.
     """
 
     def __init__(self, file: ModelFile) -> None:
         self.file = file
         self.instances: list[Instance] = []
+        self.placed: list[Placed] = []
         self.triangles = 0
         self.made: dict[tuple[Any, ...], tuple[State, Node, list[Geometry]]] = {}
         self.materials: dict[tuple[Any, ...], Material] = {}
         self.current: list[Geometry] = []
-        self.is_lit = True
 
     def recall(self, node: Node, state: State) -> list[Geometry] | None:
         """Return the geometries that a node has given with the same things in force, or None where it has given none."""
@@ -173,6 +183,7 @@ class Builder:
             material = self.material(state, has_colors, state.texture if textured else None, is_lit)
             try:
                 self.instances.append(Instance(geometry, state.transform, material, node.name or state.name))
+                self.placed.append(Placed(node, state.ordering, state.is_solid, state.lights))
             except InputError as error:
                 node.note(f"{node.kind} is left out: {error}")
 

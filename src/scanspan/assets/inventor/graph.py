@@ -60,6 +60,10 @@ class Node:
         """Say whether a field is to be used: it is not marked to be ignored."""
         return name not in self.ignored
 
+    def place_text(self) -> str:
+        """Return the node's place as "line 12" or "byte 80"."""
+        return "" if self.source is None else self.source.where(self.place)
+
     def note(self, text: str) -> None:
         """Keep a remark about this node."""
         if self.source is not None:

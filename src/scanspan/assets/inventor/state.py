@@ -37,6 +37,7 @@ class State:
     normals : (n, 3). diffuse, emissive : (n, 3) colours; transparency : (n,).
     uv : (n, 2) or None where they are to be made; plane : the two directions of a TextureCoordinatePlane.
     uv_transform : (3, 3) for columns, or None.
+    lights : numbers of the lights that shine.
     name : of the nearest node that has one.
     depth : how many nodes lie above.
     """
@@ -70,6 +71,7 @@ class State:
     profiles: tuple[NDArray[np.int64], ...] = ()
     units: float = 1.0  # metres
     which_child: int = -1
+    lights: tuple[int, ...] = ()
     name: str = ""
     depth: int = 0
 

@@ -251,6 +251,8 @@ def _hints(_: Traverser, node: Node, state: State) -> None:
     """Put the hints about shapes in force."""
     if node.has("vertexOrdering"):
         state.ordering = node.get("vertexOrdering")
+    if node.has("shapeType"):
+        state.is_solid = node.get("shapeType") == "SOLID"
     if node.has("creaseAngle"):
         state.crease_angle = node.get("creaseAngle")
 
@@ -324,6 +326,7 @@ def _camera(traverser: Traverser, node: Node, state: State) -> None:
 
 
 def _light(traverser: Traverser, node: Node, state: State) -> None:
+    state.lights = (*state.lights, len(traverser.lights))
     traverser.lights.append((node, state.transform))
 
 
