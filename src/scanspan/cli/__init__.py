@@ -291,7 +291,7 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
         )
         shape = Mesh(
             shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
-            face_count=shape.face_count, nonfinite="drop",
+            face_count=shape.face_count, nonfinite="drop", crease_angle=shape.crease_angle,
         )  # fmt: skip
     elif isinstance(shape, Segments):
         shape = Segments(shape.positions, shape.segments, None, shape.width)
