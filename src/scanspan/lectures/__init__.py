@@ -11,6 +11,7 @@ fixed_point        the same in 12 fractional bits
 walking            edge walking; interpolation has the three ways to a value inside; ownership the rules for edges
 lines  fills       DDA and midpoint; flood fill and parity
 hidden_surfaces    the scan-line algorithm
+ivscan             a scene scan-converted, in five views
 
 Functions called `demonstrate_...` run a lecture's program beside this library's and return what differs. `PORTS` lists the
 items by number, `SLIPS` the mistakes; `find` looks one up.
