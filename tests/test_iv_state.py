@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from scanspan.assets.inventor.graph import MAX_DEPTH
-from scanspan.errors import LimitError
+from scanspan.assets.scene import Scene
+from scanspan.errors import InputError, LimitError
 from scanspan.homogeneous import transform_points
 from tests.inventor import base_of, only, places, scene_of
 from tests.models import picture
@@ -263,3 +264,37 @@ def test_a_texture_that_is_not_there_is_noted(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, 'Texture2 { filename "none.rgb" } Cube { }')
     assert scene.notes == ("texture 'none.rgb' was not found",)
     assert math.isclose(float(scene.bounds[1, 0]), 1.0)
+
+
+def test_cameras(tmp_path: Path) -> None:
+    scene = scene_of(
+        tmp_path,
+        "PerspectiveCamera { position 1 2 3 heightAngle 1.5707963267948966 nearDistance .5 } Cube { }"
+        " Rotation { rotation 0 1 0 1.5707963267948966 } Scale { scaleFactor 2 2 2 }"
+        " OrthographicCamera { position 0 0 5 orientation 1 0 0 .5 height 4 nearDistance -1 }",
+    )
+    first, second = scene.cameras
+    np.testing.assert_allclose(first.eye, (1, 2, 3), atol=1e-12)
+    np.testing.assert_allclose(-first.view[2, :3], (0, 0, -1), atol=1e-12)
+    assert (first.near, first.is_orthographic) == (0.5, False)
+    np.testing.assert_allclose(first.project([[1, 2, 0], [4, 2, 0]], (200, 200)), [[100, 100], [200, 100]], atol=1e-9)
+    np.testing.assert_allclose(second.eye, (10, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(-second.view[2, :3], (-math.cos(0.5), math.sin(0.5), 0), atol=1e-12)
+    assert second.is_orthographic
+    assert scene.bounds[1].tolist() == [1, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("camera", "note"),
+    [
+        ("PerspectiveCamera { heightAngle 4 }", "PerspectiveCamera is left out: fov"),
+        ("OrthographicCamera { height 0 }", "OrthographicCamera is left out: height"),
+        ("Scale { scaleFactor 0 0 0 } PerspectiveCamera { }", "PerspectiveCamera is left out: its transformation leaves no"),
+    ],
+)
+def test_cameras_that_are_none(tmp_path: Path, camera: str, note: str) -> None:
+    scene = scene_of(tmp_path, f"Cube {{ }} {camera}")
+    assert scene.cameras == ()
+    assert note in scene.notes[0]
+    with pytest.raises(InputError, match=r"cameras\[0\]: expected a Camera, got str"):
+        Scene(scene.instances, cameras=["x"])  # type: ignore[list-item]

@@ -274,7 +274,7 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
     if request.color is None and request.up is None:
         return scene
     instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
-    return Scene(instances, request.up or scene.up, scene.name, scene.notes)
+    return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras)
 
 
 def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:

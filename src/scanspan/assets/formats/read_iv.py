@@ -12,18 +12,26 @@ import numpy as np
 
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor.build import colors_at
+from scanspan.assets.inventor.cameras import camera_of
 from scanspan.assets.inventor.lettering import set_lines
 from scanspan.assets.inventor.state import State
 from scanspan.assets.inventor.traverse import Traverser, read_nodes
 from scanspan.assets.polygons import Polygons
 from scanspan.assets.scene import Instance, Scene
+from scanspan.errors import InputError
 
 WINDOW = 500.0  # pixels: the height of the window for which letters of a given number of pixels were meant
 
 
 def read_iv(file: ModelFile) -> list[Instance]:
     """Return the shapes of an Inventor file, one instance for each place of each shape."""
-    return traverse(file).builder.instances
+    traverser = traverse(file)
+    for node, transform in traverser.cameras:
+        try:
+            file.cameras.append(camera_of(node, transform))
+        except InputError as error:
+            node.note(f"{node.kind} is left out: {error}")
+    return traverser.builder.instances
 
 
 def traverse(file: ModelFile) -> Traverser:
