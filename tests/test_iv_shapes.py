@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from scanspan.assets.inventor import nurbs, solids
 from scanspan.assets.inventor.lettering import set_line, trace
+from scanspan.assets.load import load
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
 from scanspan.assets.shapes import Points, Segments
@@ -336,6 +337,10 @@ def test_a_weighted_surface_is_an_exact_cylinder(tmp_path: Path) -> None:
         ("numUControlPoints 9 numVControlPoints 2 uKnotVector [ 0 0 1 2 3 4 5 6 7 8 8 ] vKnotVector [ 0 0 1 1 ]",
          "expected 18 control points, there are 6"),
         ("", "expected 2 to 0 knots for 0 control points, got 0"),
+        ("numUControlPoints 1500 numVControlPoints 2 uKnotVector [" + " 1" * 2500 + " ] vKnotVector [ 0 0 1 1 ]",
+         "expected 1502 to 3000 knots"),
+        ("numUControlPoints 2990 numVControlPoints 2 uKnotVector [" + " 1" * 3000 + " ] vKnotVector [ 0 0 1 1 ]",
+         "expected at most 2000 knots, got 3000"),
     ],
 )  # fmt: skip
 def test_surfaces_that_are_none(tmp_path: Path, fields: str, note: str) -> None:
@@ -401,3 +406,18 @@ def test_text2_has_its_size_in_the_window(tmp_path: Path) -> None:
     assert not letter.material.is_lit
     assert "Text2 stands upright in the scene" in scene.notes[0]
     assert scene_of(tmp_path, 'Text2 { string "H" }').primitive_count == 1
+
+
+@pytest.mark.parametrize("kind", ["Text3", "Text2", "AsciiText"])
+def test_too_many_letters_are_left_out(tmp_path: Path, kind: str) -> None:
+    scene = scene_of(tmp_path, f'Cube {{ }} {kind} {{ string [ "{"x" * 15_000}", "{"y" * 6_000}" ] }}')
+    assert scene.notes == (f"line 2: {kind} is left out: expected at most 20000 letters, got 21000",)
+    assert len(scene.instances) == 1
+
+
+def test_copies_count_towards_the_limit_of_triangles(tmp_path: Path) -> None:
+    path = tmp_path / "a.iv"
+    path.write_text("#Inventor V2.1 ascii\nArray { numElements1 10 Cube { } }")
+    assert load(path, max_triangles=120).triangle_count == 120
+    with pytest.raises(LimitError, match=r"120 triangles are more than the limit of 119 \(max_triangles\)"):
+        load(path, max_triangles=119)

@@ -59,7 +59,11 @@ def _place_texts(traverser: Traverser) -> None:
     height = float(np.sqrt(((high - low) ** 2).sum()))
     unit = (height if np.isfinite(height) and height > 0.0 else WINDOW) / WINDOW
     for (node, state), anchor in zip(traverser.texts, anchors):
-        letters = set_lines(node.get("string"), state.font_size, node.get("spacing"), node.get("justification"))
+        try:
+            letters = set_lines(node.get("string"), state.font_size, node.get("spacing"), node.get("justification"))
+        except InputError as error:
+            node.note(f"Text2 is left out: {error}")
+            continue
         if not letters:
             continue
         traverser.file.note("Text2 stands upright in the scene, as large as in a window of 500 pixels that shows all of it")

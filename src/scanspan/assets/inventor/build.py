@@ -106,8 +106,6 @@ class Builder:
             self._add_outline(node, state, points, vertex, counts, colors)
             return
         self.file.check_faces(np.unique(counts).tolist())
-        self.triangles += int(np.maximum(counts - 2, 0).sum())
-        self.file.check_triangles(self.triangles)
         used, indices = np.unique(vertex, return_inverse=True)
         corners = {"normal": normals, "color": colors, "uv": uv}
         angle = float(np.degrees(min(max(state.crease_angle, 0.0), np.pi))) if np.isfinite(state.crease_angle) else 0.0
@@ -175,6 +173,9 @@ class Builder:
                 continue
             if len(self.instances) == MAX_INSTANCES:
                 raise LimitError(f"{self.file.path}: more than {MAX_INSTANCES} shapes are to be drawn")
+            if isinstance(geometry, Mesh):
+                self.triangles += len(geometry.triangles)
+                self.file.check_triangles(self.triangles)
             textured = isinstance(geometry, Mesh) and "uv" in geometry.corners
             if isinstance(geometry, Mesh):
                 has_colors = "color" in geometry.corners

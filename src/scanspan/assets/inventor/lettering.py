@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from scanspan.errors import InputError
 from scanspan.homogeneous import FloatArray
 
 PIXELS = 64  # of the letters that are traced, from line to line
 LEVEL = 127.5
 TOLERANCE = 0.12  # pixels
-MAX_LETTERS = 20_000
+MAX_LETTERS = 20_000  # of one shape
 
 
 class Letter(NamedTuple):
@@ -39,7 +40,7 @@ class Line(NamedTuple):
 def set_line(text: str) -> Line:
     """Return the letters of a line of text one unit high, from the origin to the right."""
     letters, x = [], 0.0
-    for sign in text[:MAX_LETTERS]:
+    for sign in text:
         letter = trace(sign)
         if letter.rings:
             letters.append([ring + np.array([x, 0.0]) for ring in letter.rings])
@@ -48,7 +49,15 @@ def set_line(text: str) -> Line:
 
 
 def set_lines(texts: list[str], size: float, spacing: float, justification: str) -> list[list[FloatArray]]:
-    """Return the letters of several lines, of a size, one below the other: for each its rings, (n, 2)."""
+    """Return the letters of several lines, of a size, one below the other: for each its rings, (n, 2).
+
+    Raises
+    ------
+    InputError : more than MAX_LETTERS.
+    """
+    total = sum(map(len, texts))
+    if total > MAX_LETTERS:
+        raise InputError(f"expected at most {MAX_LETTERS} letters, got {total}")
     letters = []
     for number, text in enumerate(texts):
         line = set_line(text)

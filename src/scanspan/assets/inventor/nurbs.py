@@ -16,7 +16,8 @@ import numpy as np
 from scanspan.homogeneous import FloatArray
 
 MAX_ORDER = 24
-MAX_SAMPLES = 4096  # along one direction
+MAX_SAMPLES = 1024  # along one direction, where there are fewer spans
+MAX_KNOTS = 2000  # the table of the basis grows with their square
 
 
 class Grid(NamedTuple):
@@ -64,6 +65,8 @@ def fault(knots: FloatArray, count: int) -> str:
     order = len(knots) - count
     if not 2 <= order <= MAX_ORDER or count < order:
         return f"expected {count + 2} to {2 * count} knots for {count} control points, got {len(knots)}"
+    if len(knots) > MAX_KNOTS:
+        return f"expected at most {MAX_KNOTS} knots, got {len(knots)}"
     if not np.isfinite(knots).all() or (np.diff(knots) < 0).any() or not knots[order - 1] < knots[count]:
         return "expected finite knots that do not fall"
     return ""
