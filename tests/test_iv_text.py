@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import time
 from pathlib import Path
 
 import numpy as np
@@ -231,3 +232,29 @@ def test_the_table_is_whole() -> None:
             assert field.kind != "Enum" or field.words, (kind.name, name)
     assert node_type("Separator") is node_type("SoSeparator")
     assert node_type("Nothing") is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Coordinate3 { " + "point [ 1 " * 60_000 + "] }",
+        "Coordinate3 { " + "point [ x ] " * 60_000 + "}",
+        "Cube { " + "width x " * 60_000 + "}",
+        "Cube { " + "a " * 200_000 + "}",
+        "Foo { " * 60_000,
+        "[ " * 200_000,
+        "{ " * 200_000,
+        "DEF " * 200_000,
+        "Text3 { string [ " * 60_000,
+        '"' + "\\\\" * 200_000,
+        "Cone { parts ( " * 60_000,
+        "Separator { " + "# x\n" * 200_000 + "}",
+        "Foo { fields [ " * 30_000,
+        "Switch { whichChild 0 = " * 30_000,
+        "IndexedFaceSet { vertexProperty " * 30_000,
+    ],
+)
+def test_long_files_are_read_in_time_that_grows_with_their_length(text: str) -> None:
+    start = time.process_time()
+    notes_of(text)
+    assert time.process_time() - start < 4.0

@@ -12,7 +12,11 @@ import re
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor.nodes import NodeType
@@ -26,6 +30,7 @@ MAX_NOTES = 50
 
 HEADER = re.compile(rb"#(?:Inventor V([0-9]+\.[0-9]+) (ascii|binary)|VRML V([0-9]+\.[0-9]+) (ascii|utf8))[^\n]*\n?")
 GZIP = b"\x1f\x8b"
+NEWLINE = 10
 
 
 @dataclass(eq=False)
@@ -110,7 +115,12 @@ class Source:
         """Return a place as "line 12" or "byte 80"."""
         if self.is_binary:
             return f"byte {place}"
-        return "line " + str(self.content.count(b"\n", 0, place) + 1)
+        return f"line {int(np.searchsorted(self.line_ends, place)) + 1}"
+
+    @cached_property
+    def line_ends(self) -> NDArray[np.int64]:
+        """Where the lines of a text end."""
+        return np.flatnonzero(np.frombuffer(self.content, np.uint8) == NEWLINE)
 
     @property
     def has_room(self) -> bool:

@@ -126,6 +126,8 @@ class Scanner:
         if self.text[end : end + 1] != "]":
             self.place = end
             raise self.fail("']' after a list of numbers")
+        # Go on behind the list whatever is in it: what were read again could be read again and again.
+        self.place = end + 1
         listed = self.text[start:end]
         if "#" in listed:
             listed = COMMENT.sub(" ", listed)
@@ -136,7 +138,6 @@ class Scanner:
             values = self._mixed_numbers(words, start)
         if len(values) % width:
             raise ReadError(f"expected numbers in rows of {width}, got {len(values)} of them", start)
-        self.place = end + 1
         return values
 
     def _mixed_numbers(self, words: list[str], start: int) -> FloatArray:
