@@ -227,9 +227,9 @@ def project(points: FloatArray, s: FloatArray, t: FloatArray) -> FloatArray:
     return np.asarray(np.stack([(points * s).sum(axis=1), (points * t).sum(axis=1)], axis=1) / length)
 
 
-def default_uv(points: FloatArray, used: Indices) -> FloatArray:
+def default_uv(points: FloatArray) -> FloatArray:
     """Return texture coordinates where there are none: along the longest side of the box from 0 to 1, and the next longest."""
-    low, high = points[used].min(axis=0), points[used].max(axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
     order = np.argsort(-(high - low), kind="stable")
     length = float((high - low)[order[0]])
     scale = 1.0 / length if np.isfinite(length) and length > 0.0 else 0.0

@@ -103,7 +103,7 @@ def uv_of(node: Node, state: State, corners: Corners, is_indexed: bool) -> Float
     if state.plane is not None:
         uv = project(state.points[corners.vertex], *state.plane)
     elif state.uv is None or not len(state.uv):
-        uv = default_uv(state.points, corners.vertex)[corners.vertex]
+        uv = default_uv(state.points[corners.vertex])
     else:
         binding = state.uv_binding if state.uv_binding.startswith("PER_VERTEX") else "PER_VERTEX_INDEXED"
         number = bind(binding, corners, index_field(node, "textureCoordIndex"), is_indexed)
