@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from scanspan.raster.options import OffscreenPoint as OffscreenPoint
     from scanspan.shade.colormap import colorize as colorize
     from scanspan.target.frame import Frame as Frame
+    from scanspan.target.save import save as save
     from scanspan.target.visibility import Visibility as Visibility
     from scanspan.target.visibility import merge as merge
     from scanspan.tessellation import triangulate as triangulate
@@ -86,6 +87,7 @@ _HOMES = {
     "merge": "target.visibility",
     "rasterize": "pipeline",
     "render": "pipeline",
+    "save": "target.save",
     "triangulate": "tessellation",
     "zones": "masks",
 }

@@ -29,8 +29,12 @@ READERS: dict[str, tuple[str, str, str]] = {
     "gltf": ("read_gltf", "read_gltf", "+Y"),
     "glb": ("read_gltf", "read_gltf", "+Y"),
     "3mf": ("read_3mf", "read_3mf", "+Z"),
+    "iv": ("read_iv", "read_iv", "+Y"),
 }
 """Extension to the reader's module in formats/, its function, and the direction that is up."""
+
+PACKED = (".gz", ".asc")
+"""Endings that may follow .iv: packed, and text beside a binary file of the same name."""
 
 MAX_BYTES = 2**31
 MAX_TRIANGLES = 100_000_000
@@ -52,8 +56,8 @@ def load(
 
     Parameters
     ----------
-    path : an OBJ, PLY, STL, glTF, GLB, 3MF or OFF file, or a zip archive that holds one of them. A PLY without faces gives
-        points.
+    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. A PLY
+        without faces gives points.
     file_type : the extension to go by, where the name has none or a wrong one.
     nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it.
     max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
@@ -78,15 +82,21 @@ def load(
         as_limit(max_texture_pixels, "max_texture_pixels"),
         as_limit(max_face_corners, "max_face_corners"),
     )
+    return _to_scene(*open_model(path, file_type, limits, nonfinite))
+
+
+def open_model(
+    path: str | os.PathLike[str], file_type: str | None = None, limits: Limits | None = None, nonfinite: str = "error"
+) -> tuple[str, ModelFile]:
+    """Return the kind of a model file and the file itself, read but not yet parsed; of an archive, the one model in it."""
+    limits = limits or Limits(MAX_BYTES, MAX_TRIANGLES, MAX_TEXTURE_PIXELS, MAX_FACE_CORNERS)
     name = as_path(path)
     kind = _kind_of(name, file_type)
     content = read_content(name, limits.bytes, "a model file")
     if not content:
         raise FormatError(name, "the file is empty")
     file = ModelFile(name, content, DiskFolder(Path(name).parent), limits, nonfinite)
-    if kind == "zip":
-        kind, file = _open_archive(file)
-    return _to_scene(kind, file)
+    return _open_archive(file) if kind == "zip" else (kind, file)
 
 
 def file_types() -> tuple[str, ...]:
@@ -127,7 +137,10 @@ def _kind_of(name: str, file_type: str | None) -> str:
         if kind not in file_types():
             raise unknown_name("file type", file_type, file_types())
         return kind
-    kind = os.path.splitext(name)[1].lower().removeprefix(".")
+    plain = name.lower()
+    for ending in PACKED:
+        plain = plain.removesuffix(ending) if plain.endswith(f".iv{ending}") else plain
+    kind = os.path.splitext(plain)[1].removeprefix(".")
     if kind not in file_types():
         problem = f"unknown extension {'.' + kind!r}" if kind else "the name has no extension; give file_type"
         _stat(name)
@@ -174,7 +187,7 @@ def _to_scene(kind: str, file: ModelFile) -> Scene:
     reader: Reader = getattr(import_module(f"scanspan.assets.formats.{module}"), function)
     try:
         instances = reader(file)
-        scene = Scene(instances, up=up, name=os.path.basename(file.path), notes=file.notes)
+        scene = Scene(instances, up=up, name=os.path.basename(file.path), notes=file.notes, cameras=file.cameras)
     except (FormatError, LimitError):
         raise
     except InputError as error:

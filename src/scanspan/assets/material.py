@@ -129,6 +129,8 @@ class Material:
         colours. None, where nothing is said: white with a texture or colours, else the colour of clay.
     texture : a picture looked up at the mesh's "uv".
     double_sided : False where the file says that only the front is to be seen.
+    emissive_color : (r, g, b), sRGB floats 0..1, that the surface adds to the light it sends back; None for none.
+    is_lit : False for a surface that shows its base colour whatever the light.
 
     Raises
     ------
@@ -144,6 +146,8 @@ class Material:
     base_color: tuple[float, float, float, float] | None = None
     texture: Texture | None = None
     double_sided: bool = True
+    emissive_color: tuple[float, float, float] | None = None
+    is_lit: bool = True
 
     def __post_init__(self) -> None:
         if self.base_color is not None:
@@ -152,7 +156,10 @@ class Material:
             raise InputError(f"texture: expected a Texture or None, got {type(self.texture).__name__}")
         if not isinstance(self.name, str):
             raise InputError(f"name: expected text, got {self.name!r}")
+        if self.emissive_color is not None:
+            object.__setattr__(self, "emissive_color", _as_base_color(self.emissive_color, "emissive_color")[:3])
         object.__setattr__(self, "double_sided", bool(self.double_sided))
+        object.__setattr__(self, "is_lit", bool(self.is_lit))
 
     def color_of(self, has_colors: bool) -> tuple[float, float, float, float]:
         """Return the base colour that is shown on a geometry that has colours of its own, or has none."""
@@ -161,12 +168,12 @@ class Material:
         return WHITE if has_colors or self.texture is not None else CLAY
 
 
-def _as_base_color(value: ArrayLike) -> tuple[float, float, float, float]:
+def _as_base_color(value: ArrayLike, name: str = "base_color") -> tuple[float, float, float, float]:
     """Return a base colour as four floats 0..1."""
-    values = as_array(value, "base_color")
+    values = as_array(value, name)
     if values.shape not in ((3,), (4,)) or values.dtype.kind == "b":
-        raise InputError(f"base_color: expected three or four floats 0..1, got {str(value)[:60]}")
+        raise InputError(f"{name}: expected three or four floats 0..1, got {str(value)[:60]}")
     numbers = [float(number) for number in values.tolist()]
     if not all(0.0 <= number <= 1.0 for number in numbers):
-        raise InputError(f"base_color = {tuple(numbers)}: expected floats 0..1")
+        raise InputError(f"{name} = {tuple(numbers)}: expected floats 0..1")
     return numbers[0], numbers[1], numbers[2], numbers[3] if len(numbers) == 4 else 1.0

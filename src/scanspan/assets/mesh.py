@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_array, as_colors, as_floats, as_indices, as_integers, in_layout, own, quote_row
 from scanspan.assets.faces import cut_faces
 from scanspan.errors import InputError, unknown_name
+from scanspan.homogeneous import finite_number
 
 NONFINITE = ("error", "drop")
 """What may be done with a vertex that is used and not finite."""
@@ -65,6 +66,7 @@ class Mesh:
     corners: Mapping[str, NDArray[Any]]
     inner: NDArray[np.uint8]
     face_count: int
+    crease_angle: float | None
 
     def __init__(
         self,
@@ -77,6 +79,7 @@ class Mesh:
         *,
         face_count: int | None = None,
         nonfinite: str = "error",
+        crease_angle: float | None = None,
     ) -> None:
         if nonfinite not in NONFINITE:
             raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
@@ -87,6 +90,7 @@ class Mesh:
         per_corner = {name: _as_values(v, (len(indices), 3), name, "corners") for name, v in (corners or {}).items()}
         cuts = _as_inner(inner, len(indices))
         total = _as_face_count(face_count, faces)
+        crease = None if crease_angle is None else _as_crease_angle(crease_angle)
 
         # Find the triangles that use a vertex which is not finite, and quote the first or leave their faces out.
         are_finite = np.isfinite(points)
@@ -102,11 +106,12 @@ class Mesh:
                 per_corner = {name: values[keep] for name, values in per_corner.items()}
 
         # Keep what has been checked, as read-only arrays of its own: what changed later would reach the kernels unchecked.
-        self._keep(points, indices, faces, cuts, total, per_vertex, per_corner)
+        self._keep(points, indices, faces, cuts, total, per_vertex, per_corner, crease)
 
     def _keep(
         self, points: NDArray[np.float64], indices: NDArray[np.int32], faces: NDArray[np.int32], cuts: NDArray[np.uint8],
         total: int, per_vertex: Mapping[str, NDArray[Any]], per_corner: Mapping[str, NDArray[Any]],
+        crease_angle: float | None,
     ) -> None:  # fmt: skip
         """Become the mesh of arrays that are as they must be."""
         self.__dict__.update(
@@ -117,6 +122,7 @@ class Mesh:
             corners=MappingProxyType({name: own(values) for name, values in per_corner.items()}),
             inner=own(cuts),
             face_count=total,
+            crease_angle=crease_angle,
         )
 
     @classmethod
@@ -128,7 +134,7 @@ class Mesh:
         mesh = cls.__new__(cls)
         for array in (positions, triangles, source, inner):
             array.flags.writeable = False
-        mesh._keep(positions, triangles, source, inner, face_count, {}, {})
+        mesh._keep(positions, triangles, source, inner, face_count, {}, {}, None)
         return mesh
 
     @classmethod
@@ -177,6 +183,7 @@ class Mesh:
         corners: Mapping[str, ArrayLike] | None = None,
         *,
         nonfinite: str = "error",
+        crease_angle: float | None = None,
     ) -> Mesh:
         """Build a mesh from faces given as one flat array of vertices in range, and the number of corners of each face."""
         points = as_floats(positions, 3, "positions")
@@ -187,8 +194,9 @@ class Mesh:
             per_corner[name] = flat[cut.corner]
         triangles = indices[cut.corner]
         return cls(
-            points, triangles, cut.source, attributes, per_corner, cut.inner, face_count=len(counts), nonfinite=nonfinite
-        )
+            points, triangles, cut.source, attributes, per_corner, cut.inner,
+            face_count=len(counts), nonfinite=nonfinite, crease_angle=crease_angle,
+        )  # fmt: skip
 
     @classmethod
     def from_trimesh(cls, mesh: Any, *, nonfinite: str = "error") -> Mesh:
@@ -276,6 +284,14 @@ def _as_face_count(face_count: int | None, source: NDArray[np.int32]) -> int:
     if isinstance(face_count, bool) or not isinstance(face_count, (int, np.integer)) or not named <= face_count < 2**31:
         raise InputError(f"face_count = {face_count!r}: expected a whole number, at least {named}, which is what source names")
     return int(face_count)
+
+
+def _as_crease_angle(crease_angle: float) -> float:
+    """Return a crease angle in degrees, 0 to 180."""
+    angle = finite_number("crease_angle", crease_angle)
+    if not 0.0 <= angle <= 180.0:
+        raise InputError(f"crease_angle = {crease_angle!r}: expected degrees from 0 to 180")
+    return angle
 
 
 def _as_values(values: ArrayLike, leading: tuple[int, ...], name: str, kind: str) -> NDArray[Any]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array
+from scanspan.assets.camera import Camera
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -136,6 +137,7 @@ class Scene:
     up : the direction that is up: "+X", "-X", "+Y", "-Y", "+Z" or "-Z".
     name : any text, such as the file's name.
     notes : what a reader of a file could not do, one line each, such as a texture that was not found.
+    cameras : those that a file has; `render` takes one of them only if it is given it.
 
     Raises
     ------
@@ -152,6 +154,7 @@ class Scene:
     up: str = "+Y"
     name: str = ""
     notes: tuple[str, ...] = field(default=())
+    cameras: tuple[Camera, ...] = field(default=())
 
     def __init__(
         self,
@@ -159,6 +162,7 @@ class Scene:
         up: str = "+Y",
         name: str = "",
         notes: Iterable[str] = (),
+        cameras: Iterable[Camera] = (),
     ) -> None:
         if up not in UPS:
             raise unknown_name("direction for up", up, UPS)
@@ -180,6 +184,10 @@ class Scene:
         object.__setattr__(self, "up", up)
         object.__setattr__(self, "name", str(name))
         object.__setattr__(self, "notes", tuple(notes))
+        object.__setattr__(self, "cameras", tuple(cameras))
+        for number, camera in enumerate(self.cameras):
+            if not isinstance(camera, Camera):
+                raise InputError(f"cameras[{number}]: expected a Camera, got {type(camera).__name__}")
 
     @property
     def bounds(self) -> NDArray[np.float64]:

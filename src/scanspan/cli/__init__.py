@@ -27,6 +27,7 @@ from typer.main import get_command
 from scanspan import __version__
 from scanspan.cli import study
 from scanspan.cli.draw import draw
+from scanspan.cli.ivscan import ivscan
 from scanspan.cli.lecture import lecture
 from scanspan.cli.warming import Helper, warm
 from scanspan.errors import InputError, ScanspanError, unknown_name
@@ -181,6 +182,7 @@ app.command()(study.explain)
 app.command()(study.algorithms)
 app.command()(draw)
 app.add_typer(lecture, name="lecture")
+app.command()(ivscan)
 
 
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
@@ -274,7 +276,7 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
     if request.color is None and request.up is None:
         return scene
     instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
-    return Scene(instances, request.up or scene.up, scene.name, scene.notes)
+    return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras)
 
 
 def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
@@ -291,7 +293,7 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
         )
         shape = Mesh(
             shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
-            face_count=shape.face_count, nonfinite="drop",
+            face_count=shape.face_count, nonfinite="drop", crease_angle=shape.crease_angle,
         )  # fmt: skip
     elif isinstance(shape, Segments):
         shape = Segments(shape.positions, shape.segments, None, shape.width)

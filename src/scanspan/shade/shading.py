@@ -41,6 +41,13 @@ class Look(NamedTuple):
     edge_color: Float32Array  # (4,) linear
 
 
+class Glow(NamedTuple):
+    """What materials show besides the light that they send back."""
+
+    emissive: Float32Array  # (instances, 3) linear
+    is_unlit: Array  # (instances,) bool
+
+
 class Surfaces(NamedTuple):
     """All that shading needs to know of a scene for one camera."""
 
@@ -48,6 +55,7 @@ class Surfaces(NamedTuple):
     uv: Float32Array | None  # (T, 3, 2)
     colors: Float32Array | None  # (T, 3, 4) linear
     base: Float32Array  # (instances, 4) linear
+    glow: Glow | None  # of materials that send out light of their own or are not lit; None where there are none
     viewers: Float64Array  # (3, 3): towards the eye at pixel (0, 0), and its change a pixel to the right and down
     lights: Lights
     look: Look
@@ -63,10 +71,32 @@ def gather_surfaces(
         uv=surface.texture_coordinates(scene, draw),
         colors=surface.colors(scene, draw),
         base=np.array(base, np.float32).reshape(-1, 4),
+        glow=gather_glow(scene),
         viewers=find_viewers(camera, size),
         lights=default_lights(camera.view, up),
         look=look,
     )
+
+
+def gather_glow(scene: Scene) -> Glow | None:
+    """Return what materials show besides the light that they send back, None where no material does."""
+    materials = [instance.material for instance in scene.instances]
+    if all(material.is_lit and material.emissive_color is None for material in materials):
+        return None
+    emissive = [linear_color((*(material.emissive_color or (0.0, 0.0, 0.0)), 1.0))[:3] for material in materials]
+    return Glow(np.array(emissive, np.float32), np.array([not material.is_lit for material in materials]))
+
+
+def add_glow(glow: Glow, numbers: Int32Array, instance: Int32Array, unlit: Float32Array, lit: Float32Array) -> None:
+    """Add what materials send out to the lit colours, and put back the colours of materials that are not lit.
+
+    Shapes  numbers: (n,) int32, -1 for none; instance: (T,) int32; unlit, lit: (n, 4) float32, `lit` is changed.
+    """
+    seen = np.flatnonzero(numbers >= 0)
+    owner = instance[numbers[seen]]
+    plain = glow.is_unlit[owner]
+    lit[seen[plain]] = unlit[seen[plain]]
+    lit[seen, :3] += glow.emissive[owner]
 
 
 def find_viewers(camera: Camera, size: tuple[int, int]) -> Float64Array:
@@ -178,7 +208,10 @@ def shade_rows(
         multiply_textures(scene, draw, numbers, uv, bases)
 
     # Light them, draw the edges over them, and add them up.
+    unlit = None if surfaces.glow is None else bases.copy()
     light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
+    if surfaces.glow is not None and unlit is not None:
+        add_glow(surfaces.glow, numbers, draw.instance, unlit, bases)
     if surfaces.look.edges:
         look = surfaces.look
         overlay_edges_kernel(

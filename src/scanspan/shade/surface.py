@@ -21,7 +21,7 @@ from scanspan.shade.color import linear_colors
 from scanspan.shade.normals import corner_normals
 
 SHADINGS = {
-    "auto": "the file's normals where it has them, else smooth",
+    "auto": "the file's normals where it has them, else smooth, up to the mesh's own crease angle where it has one",
     "smooth": "faces that meet at less than the crease angle share a normal",
     "flat": "one normal a face",
 }
@@ -46,6 +46,8 @@ def normals_of(instance: Instance, shading: str, crease_angle: float) -> Float32
     assert isinstance(mesh, Mesh)
     stored = per_corner(mesh, "normal") if shading == "auto" else None
     angle = 0.0 if shading == "flat" else crease_angle
+    if shading == "auto" and mesh.crease_angle is not None:
+        angle = mesh.crease_angle
     if stored is None or not stored.any():
         stored = corner_normals(mesh.positions, mesh.triangles, mesh.source, angle)
     if np.array_equal(instance.transform[:3, :3], np.eye(3)):

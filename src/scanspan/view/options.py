@@ -18,7 +18,7 @@ _camera = partial(typer.Option, rich_help_panel="Camera")
 _look = partial(typer.Option, rich_help_panel="Look")
 _limit = partial(typer.Option, rich_help_panel="Limits and machine")
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, or a zip of one.")]
+Model = Annotated[str, typer.Argument(metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, IV, or a zip of one.")]
 Output = Annotated[
     str | None,
     _output(

@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 from urllib.parse import unquote
 
 from scanspan.errors import FormatError, LimitError
@@ -136,6 +136,7 @@ class ModelFile:
     limits : what may be used up.
     nonfinite : "error" or "drop", as for Mesh.
     notes : what could not be done, one line each.
+    cameras : those that the file has, as Camera objects.
     """
 
     path: str
@@ -144,6 +145,7 @@ class ModelFile:
     limits: Limits
     nonfinite: str
     notes: list[str] = field(default_factory=list)
+    cameras: list[Any] = field(default_factory=list)
 
     @property
     def stem(self) -> str:
