@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from scanspan import color, homogeneous, pipeline, tessellation
 from scanspan.assets import drawing, faces, load
+from scanspan.assets.inventor.report import report_of
 from scanspan.geometry import clip, polygon_triangles
 from scanspan.geometry import fixed_point as shipped_fixed_point
 from scanspan.lectures import (
@@ -20,6 +21,7 @@ from scanspan.lectures import (
     fixed_point,
     fixed_point_faults,
     interpolation,
+    ivscan,
     lines,
     projective,
     sampling,
@@ -137,6 +139,8 @@ SHIPPED: tuple[Entry, ...] = (
           "tests/test_polygon.py::test_trapezoids_hold_what_the_fill_rule_says"),
     Entry(98, "visible runs instead of pixels", "S3", "360-384", span_list.list_spans,
           "tests/test_counters.py::test_sweeps_that_know_what_is_nearest_write_each_sample_once"),
+    Entry(99, "what a scene gives trouble with", "S3", "39-53", report_of,
+          "tests/test_iv_files.py::test_the_report_names_what_the_lecture_warns_of"),
     # Homogeneous coordinates.
     Entry(100, "the origin moves", "S3", "386-399", projective.demonstrate_translation,
           PROJECTIVE + "test_100_no_two_by_two_matrix_moves_the_origin"),
@@ -182,6 +186,9 @@ SHIPPED: tuple[Entry, ...] = (
           PROJECTIVE + "test_116_depth_is_straight_on_the_screen_after_the_division_and_eye_z_is_not"),
     Entry(117, "two checks of one light", "S3", "632-662", colors.checker_shadow,
           EXPERIMENTS + "test_check_a_is_check_b"),
+    Entry(118, "five views", "S3", "664-690", ivscan.draw_view, "tests/test_ivscan.py::test_views"),
+    Entry(118, "the log of calls", "S3", "664-690", ivscan.replay_log,
+          "tests/test_ivscan.py::test_the_log_makes_the_result"),
     Entry(119, "a model read and shown", "S3", "55-108", projection.model,
           EXPERIMENTS + "test_a_model_is_shown_whole"),
     Entry(120, "primitives a pixel", "S0 S4", "531-542; 692-703", shapes.five_primitives,
@@ -239,11 +246,9 @@ class Awaited(NamedTuple):
     reason: str
 
 
-INVENTOR, SPLATS = "comes with Open Inventor scenes", "comes with point clouds"
+SPLATS = "comes with point clouds"
 
 AWAITED: tuple[Awaited, ...] = (
-    Awaited("99", "S3", "39-53", INVENTOR),
-    Awaited("118", "S3", "664-690", INVENTOR),
     Awaited("121", "S0 S4", "536-542; 697-703", SPLATS),
     Awaited("122", "S0 S4", "543-549; 704-710", SPLATS),
     Awaited("123", "S0 S4", "550-566; 711-727", SPLATS),
