@@ -142,6 +142,13 @@ def test_triangles_are_sorted_by_cell_and_number(rng):
     assert np.array_equal(order, np.argsort(cells, kind="stable"))
 
 
+def test_blocks_are_taken_for_many_triangles_and_for_large_ones(rng):
+    sampling = sampling_for((1000, 1000))
+    for count, reach, expected in ((0, 5, False), (2000, 5, False), (2000, 900, True), (20_000, 5, True)):
+        assert algorithms.are_worth_blocks(soup(rng, count, (1000, 1000), reach), sampling) is expected
+    assert not algorithms.are_worth_blocks(soup(rng, 2000, (1000, 1000), 900), sampling_for((20, 20)))
+
+
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_that_share_triangles_write_the_same_keys(rng, monkeypatch, threads):
     size = (150, 90)

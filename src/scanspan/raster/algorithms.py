@@ -92,7 +92,8 @@ PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
 
 NEVER = Event()  # to stop; what one thread does is not stopped by another
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
-MANY = 1 << 10  # triangles, from which on keys are written for blocks of them; fewer are not worth compiling that for
+MANY = 1 << 14  # triangles, from which on keys are written for blocks of them; fewer are not worth compiling that for,
+HEAVY, LOOKED_AT = 1 << 24, 256  # but if their boxes have so many samples, as far as a few of them tell
 CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
 NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
@@ -135,10 +136,21 @@ def run(
     """
     kernel = choose_kernel(algorithm, order, kind, sampling)
     ordered = sampling._replace(order=list(ORDERS).index(order))
-    if kernel is half_space.half_space_keys and len(triangles.corners) >= MANY and sampling.rule != OFFSCREEN_POINT:
+    if kernel is half_space.half_space_keys and sampling.rule != OFFSCREEN_POINT and are_worth_blocks(triangles, sampling):
         return run_blocks(target, triangles, ordered, threads)
     passes = 1 if kind == "tallies" else count_passes(triangles, sampling, target.nbytes)
     return run_kernel(kernel, target, triangles, ordered, threads, passes)
+
+
+def are_worth_blocks(triangles: ScreenTriangles, sampling: Sampling) -> bool:
+    """Say whether there are so many triangles, or so large ones, that the kernel for blocks is worth its compiling."""
+    count = len(triangles.corners)
+    if not 0 < count < MANY:
+        return count > 0
+    s, some = sampling.subpixel_bits, triangles.xy[triangles.corners[:: -(-count // LOOKED_AT)]]
+    ends = np.array([(sampling.x_start, sampling.y_start), (sampling.x_end, sampling.y_end)]) << s
+    sides = (np.clip(some.max(axis=1), *ends) - np.clip(some.min(axis=1), *ends)) / (1 << s)
+    return bool(sides.prod(axis=1).mean() * count >= HEAVY)
 
 
 def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
