@@ -81,7 +81,7 @@ def sphere_codes() -> Int64Array:
     # |c| <= 13 + sqrt(3) size, with c in half steps from the middle: |c|^2 - 13^2 - 3 size^2 <= 26 sqrt(3) size.
     excess = ((size[:, None] + 2 * corner - STEPS) ** 2).sum(axis=1) - STEPS**2 - 3 * size**2
     meets = (excess <= 0) | (excess**2 <= 3 * (2 * STEPS * size) ** 2)
-    found = every[fits & meets]
+    found: Int64Array = every[fits & meets]
     found.flags.writeable = False
     return found
 
