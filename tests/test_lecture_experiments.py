@@ -366,10 +366,8 @@ def test_primitives_and_splats() -> None:
     drawn, widest, off, kibibytes = (column("splats", k)[4:] for k in (1, "widest, px", "off by, px", "KiB at 48 bits a node"))
     assert drawn == sorted(set(drawn))
     assert drawn[-1] == 480 * 48
-    assert [limit >= width for limit, width in zip((40, 20, 10), widest)] == [True] * 3
-    assert widest == sorted(widest, reverse=True)
-    assert off == sorted(off, reverse=True)
-    assert [size * 1024 % 6 for size in kibibytes] == [0] * 4
+    assert all(limit >= width for limit, width in zip((40, 20, 10), widest))
+    assert (widest, off) == (sorted(widest, reverse=True), sorted(off, reverse=True))
     assert all(size * 1024 >= 6 * number for size, number in zip(kibibytes, drawn))
 
 
