@@ -362,6 +362,14 @@ def test_primitives_and_splats() -> None:
     rates = column("splats", "million a second")[:4]
     assert [round(rate, 3) for rate in rates] == [0.99, 1.209, 1.409, 1.786]
 
+    # Finer cuts through one tree: more splats, narrower ones, nearer to where they should be, and more to read.
+    drawn, widest, off, kibibytes = (column("splats", k)[4:] for k in (1, "widest, px", "off by, px", "KiB at 48 bits a node"))
+    assert drawn == sorted(set(drawn))
+    assert drawn[-1] == 480 * 48
+    assert all(limit >= width for limit, width in zip((40, 20, 10), widest))
+    assert (widest, off) == (sorted(widest, reverse=True), sorted(off, reverse=True))
+    assert all(size * 1024 >= 6 * number for size, number in zip(kibibytes, drawn))
+
 
 def test_a_model_is_shown_whole() -> None:
     rows = found("read-a-model").numbers.rows

@@ -14,6 +14,7 @@ lines  fills       DDA and midpoint; flood fill and parity
 hidden_surfaces    the scan-line algorithm
 projective         homogeneous coordinates; sampling, decomposition and brightness have what else the slides say in numbers
 ivscan             a scene scan-converted, in five views
+splats             points in a tree of spheres, stored as small differences
 
 Functions called `demonstrate_...` run a lecture's program beside this library's and return what differs. `PORTS` lists the
 items by number, `SLIPS` the mistakes; `find` looks one up. `shipped` lists the items that are the library itself, and `table`

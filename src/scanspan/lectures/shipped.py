@@ -25,6 +25,7 @@ from scanspan.lectures import (
     lines,
     projective,
     sampling,
+    splats,
 )
 from scanspan.lectures.catalog import EDGES, FIXED, LINES, SHIPPED_TESTS, WALKING, Entry
 from scanspan.lectures.experiments import colors, precision, projection, scenes, shapes, slivers
@@ -48,7 +49,7 @@ from scanspan.target import gouraud, sink
 
 PROJECTIVE, MODELS = "tests/test_lecture_projective.py::", "tests/test_color_models.py::"
 ALGORITHMS, TESSELLATION = "tests/test_algorithms.py::", "tests/test_tessellation.py::"
-EXPERIMENTS = "tests/test_lecture_experiments.py::"
+EXPERIMENTS, SPLATS = "tests/test_lecture_experiments.py::", "tests/test_lecture_splats.py::"
 
 # fmt: off
 SHIPPED: tuple[Entry, ...] = (
@@ -193,6 +194,16 @@ SHIPPED: tuple[Entry, ...] = (
           EXPERIMENTS + "test_a_model_is_shown_whole"),
     Entry(120, "primitives a pixel", "S0 S4", "531-542; 692-703", shapes.five_primitives,
           EXPERIMENTS + "test_primitives_and_splats"),
+    Entry(121, "a great many points", "S0 S4", "536-542; 697-703", shapes.five_primitives,
+          EXPERIMENTS + "test_primitives_and_splats"),
+    Entry(122, "a tree of spheres", "S0 S4", "543-549; 704-710", splats.build_tree,
+          SPLATS + "test_a_tree_holds_every_point_once_and_parents_hold_their_children"),
+    Entry(122, "coarse and refined", "S0 S4", "543-549; 704-710", splats.cut,
+          SPLATS + "test_every_cut_covers_each_leaf_once_and_finer_ones_have_more"),
+    Entry(122, "small differences", "S0 S4", "543-549; 704-710", splats.encode,
+          SPLATS + "test_decoded_spheres_are_never_smaller_and_errors_do_not_add_up"),
+    Entry(123, "the four pictures", "S0 S4", "550-566; 711-727", shapes.splats,
+          EXPERIMENTS + "test_primitives_and_splats"),
     Entry(124, "read a model", "S0 S4", "567-571; 728-729", load.load,
           "tests/test_silhouette.py::test_the_shipped_model"),
     Entry(124, "show it", "S0 S4", "567-571; 728-729", pipeline.render,
@@ -246,10 +257,4 @@ class Awaited(NamedTuple):
     reason: str
 
 
-SPLATS = "comes with point clouds"
-
-AWAITED: tuple[Awaited, ...] = (
-    Awaited("121", "S0 S4", "536-542; 697-703", SPLATS),
-    Awaited("122", "S0 S4", "543-549; 704-710", SPLATS),
-    Awaited("123", "S0 S4", "550-566; 711-727", SPLATS),
-)
+AWAITED: tuple[Awaited, ...] = ()
