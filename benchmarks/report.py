@@ -16,7 +16,7 @@ from benchmarks.registry import FILL, PEERS, is_ours
 RIGHT = 1e-3  # A picture counts as right where at most this share of its pixels is wrong: edge rules differ in ties.
 PACKAGES = (
     "scanspan", "numpy", "numba", "opencv-python-headless", "pillow", "skia-python", "blend2d-py", "rasterio", "datashader",
-    "scipy", "mapbox-earcut", "shapely", "exactextract",
+    "scipy", "mapbox-earcut", "shapely", "exactextract", "pysdl2-dll", "moderngl", "panda3d", "vtk", "embreex",
 )  # fmt: skip
 
 
