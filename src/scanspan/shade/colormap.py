@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import as_array
-from scanspan.color.names import parse_color, to_float_colors
+from scanspan.assets.codes import to_code
+from scanspan.color.names import to_float_colors
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import quote
 from scanspan.records import Array, Float64Array, Int64Array, UInt8Array
@@ -84,14 +85,6 @@ def colorize(
     table = np.concatenate([colors, ends]).astype(np.uint8)
     found: UInt8Array = table[step].reshape(*array.shape, 4)
     return found
-
-
-def to_code(color: Any) -> UInt8Array:
-    """Return a colour as (4,) uint8."""
-    if isinstance(color, np.ndarray) and color.dtype == np.uint8 and color.shape == (4,):
-        return color
-    codes: UInt8Array = np.rint(parse_color(color) * 255.0).astype(np.uint8)
-    return codes
 
 
 def find_colors(cmap: Any) -> UInt8Array:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.assets.buffers import has_far_values
 from scanspan.assets.codes import to_code
 from scanspan.errors import InputError
 from scanspan.geometry.fixed_point import MAX_COORDINATE
@@ -35,11 +36,8 @@ PLAIN = frozenset(np.dtype(name) for name in ("f8", "f4", "i8", "i4"))
 @helper_kernel
 def are_few(vertices: Float64Array, sampling: Sampling, most: int) -> tuple[bool, bool]:
     """Say whether corners can be taken, and whether their triangles are so small that shades of 8 bits are exact."""
-    limit, count = np.float64(MAX_COORDINATE), vertices.shape[0]
-    for n in range(count):
-        for k in range(3):
-            if not (abs(vertices[n, k, 0]) <= limit and abs(vertices[n, k, 1]) <= limit):
-                return False, False
+    if has_far_values(vertices.reshape(-1), np.float64(MAX_COORDINATE)):
+        return False, False
     longest, total = measure_boxes(vertices, np.float64(sampling.x_end), np.float64(sampling.y_end))
     return bool(total <= most), bool(longest * np.float64(np.int64(1) << sampling.subpixel_bits) < SURE)
 

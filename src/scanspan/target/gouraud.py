@@ -142,24 +142,12 @@ def channel_code(start: float, step: float, base: float, part: float, inverse: f
 
 @bare_helper
 def start_shade(
-    colors: Array,
-    n: int,
-    e1: Integer,
-    e2: Integer,
-    a1: Integer,
-    a2: Integer,
-    b1: Integer,
-    b2: Integer,
-    area: Integer,
+    colors: Array, n: int, e1: Integer, e2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer,
     subpixel_bits: int,
-) -> Any:
+) -> Any:  # fmt: skip
     """Return the planes of the three channels over a box, from the edges that scan_flat has at its first sample."""
-    start1, start2, right1, right2 = (
-        np.float64(e1),
-        np.float64(e2),
-        np.float64(a1 << subpixel_bits),
-        np.float64(a2 << subpixel_bits),
-    )
+    start1, start2 = np.float64(e1), np.float64(e2)
+    right1, right2 = np.float64(a1 << subpixel_bits), np.float64(a2 << subpixel_bits)
     down1, down2 = np.float64(b1 << subpixel_bits), np.float64(b2 << subpixel_bits)
     red, red_right, red_base, red_part = channel_plane(colors, n, 0, start1, start2, right1, right2)
     green, green_right, green_base, green_part = channel_plane(colors, n, 1, start1, start2, right1, right2)

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from scanspan.assets.camera import Camera
+from scanspan.assets.material import Material
+from scanspan.assets.mesh import Mesh
+from scanspan.assets.scene import Instance, Scene
 from scanspan.lectures import hidden_surfaces
 from scanspan.lectures.experiments.experiment import Experiment, Result, Row, Table
 from scanspan.lectures.experiments.figure import (
-    BLUE,
     GREY,
     INK,
     RED,
@@ -21,12 +24,12 @@ from scanspan.lectures.experiments.figure import (
     gridded,
     painted,
     panel,
-    shaded,
     with_outlines,
 )
 from scanspan.lectures.hidden_surfaces import Facet, shipped_polygons, sweep_up
+from scanspan.lectures.ivscan import draw_view, magnify, replay_log, scan, write_log
 from scanspan.lectures.raster import at_centres
-from scanspan.pipeline import interpolate, rasterize
+from scanspan.pipeline import rasterize, render
 from scanspan.raster.active_edges import insert_edges, sort_edges, step_edges
 from scanspan.raster.setup import pixels_between
 from scanspan.raster.span_list import list_spans
@@ -217,37 +220,32 @@ def spatial_coherence() -> Result:
 def ivscan_views() -> Result:
     """Show the views of ivscan: input, pixels outlined, edges outlined, the calls to setPixel, the picture."""
     facets, size, k = overlapping(4), (50, 44), 6
-    clip, triangles = triangles_of(facets, size)
-    seen = rasterize(clip, triangles, size, algorithm="span-list", subpixel_bits=12)
-    tones = np.array([color for facet, color in zip(facets, TONES[1:], strict=False) for _ in facet], np.float64)
-    shine = np.array([0.6 + 0.4 * (m / max(len(f) - 1, 1)) for f in facets for m in range(len(f))])
-    shaded_pixels = np.rint(interpolate(seen, tones * shine[:, None]))
-    result = np.where((seen.primitive >= 0)[..., None], shaded_pixels, 255).astype(np.uint8)
-
-    # The log of calls: row by row, each from left to right, as the sweep makes them.
-    log = [(x, y) for y in range(size[1]) for x in np.flatnonzero(seen.primitive[y] >= 0).tolist()]
-    replayed, order = np.full_like(result, 255), np.zeros(seen.primitive.shape)
-    for number, (x, y) in enumerate(log):
-        replayed[y, x], order[y, x] = result[y, x], number + 1
-    half = replayed.copy()
-    for x, y in log[len(log) // 2 :]:
-        half[y, x] = 255
-    lines = outlines_of(facets)
-    calls = shaded(order, 1, len(log), [(68, 1, 84), (33, 144, 140), (253, 231, 37)])
-    calls[order == 0] = 255
-    panels = (
-        panel("input: polygons", with_outlines(np.full((size[1] * k, size[0] * k, 3), 255, np.uint8), lines, k, BLUE)),
-        panel("pixels outlined", gridded(result, k)), panel("edges outlined", with_outlines(gridded(result, k), lines, k)),
-        panel("calls to setPixel, first dark, last bright", enlarged(calls, k)),
-        panel("half of the calls", gridded(half, k)), panel("resulting image", result, k),
-    )  # fmt: skip
+    solids = [
+        Instance(
+            Mesh.from_polygons([(x, -y, -10 * z) for x, y, z, _ in facet], [range(len(facet))]),
+            material=Material(base_color=(tone[0] / 255, tone[1] / 255, tone[2] / 255, 1.0)),
+        )
+        for facet, tone in zip(facets, TONES[1:], strict=False)
+    ]
+    camera = Camera.orthographic((25, -22, 50), (25, -22, 0), (0, 1, 0), height=size[1])
+    session = scan(Scene(solids), size, camera=camera, zoom=k, algorithm="span-list")
+    calls = session.calls
+    drawn = render(session.frame.scene, camera, (size[0] * k, size[1] * k), background="white", edges=True)
+    half = magnify(calls.replay(session.behind, len(calls.xy) // 2), k)
+    views = {
+        "input: polygons": drawn.color, "pixels outlined": draw_view(session, "pixels"),
+        "edges outlined": draw_view(session, "edges"),
+        "calls to setPixel in their order": draw_view(session, "calls"),
+        "half of the calls": half, "resulting image": draw_view(session, "result"),
+    }  # fmt: skip
+    again = replay_log(write_log(session))
     rows = (
-        ("calls to setPixel", len(log)),
-        ("pixels of the picture that are set", int((seen.primitive >= 0).sum())),
-        ("writes that the library counts", seen.counters["writes"]),
-        ("pixels that differ when the log is replayed", int((replayed != result).any(axis=2).sum())),
+        ("calls to setPixel", len(calls.xy)),
+        ("pixels of the picture that are set", int((session.frame.primitive >= 0).sum())),
+        ("different pixels among the calls", len(np.unique(calls.xy, axis=0))),
+        ("pixels that differ when the log is replayed", int((again != session.frame.color).any(axis=2).sum())),
     )
-    return Result(Table(("", ""), rows), panels)
+    return Result(Table(("", ""), rows), tuple(panel(name, view[..., :3], 1) for name, view in views.items()))
 
 
 EXPERIMENTS = (
