@@ -13,8 +13,21 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Integer, ScreenTriangles
-from scanspan.shade.weights import LANES, ROWS, any_odd, find_covered, weigh_row
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles
+from scanspan.shade.weights import (
+    AT,
+    CORNER,
+    FIRST,
+    FRESH,
+    LANES,
+    LONG,
+    RECORD,
+    RING,
+    any_odd,
+    find_covered,
+    make_records,
+    weigh_row,
+)
 from scanspan.shade.weights import edge_value as edge_value
 
 
@@ -28,7 +41,8 @@ def barycentric_kernel(
     Shapes  slots: (h, W) int32, row of triangles.corners or -1; triangles: ScreenTriangles; out: (h, W, 3) float64.
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
-    places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
+    places, records = np.empty(slots.shape[1] + 1, np.int32), make_records()
+    lanes, before = records.lanes, np.int64(0)
     s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(triangles.weights, triangles.inner)
     for j in range(slots.shape[0]):
         covered = find_covered(slots, j, places)
@@ -37,7 +51,7 @@ def barycentric_kernel(
         y = (np.int64(y_start + j) << s) + np.int64(sample_y)
         for start in range(0, covered, LANES):
             count = min(covered - start, LANES)
-            weigh_row(slots, j, places, start, count, triangles, x, y, s, has_odd, lanes)
+            before += weigh_row(slots, j, places, start, count, triangles, x, y, s, has_odd, records, before)[1]
             for k in range(count):
                 i = places[start + k]
                 out[j, i, 0], out[j, i, 1], out[j, i, 2] = lanes[k], lanes[LANES + k], lanes[2 * LANES + k]
@@ -60,56 +74,112 @@ def blend(u0: float, u1: float, u2: float, b1: float, b2: float) -> float:
 
 
 @inline_kernel
+def write_values(
+    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, source: Int32Array,
+    triangles: Int32Array, values: Array, scratch: Int64Array, kept: Float64Array,
+) -> None:  # fmt: skip
+    """Keep the values at the corners of the triangles whose records are new.
+
+    Shapes  kept: (RING x channels x 3,), the value at the first corner, and what the others have more.
+    """
+    channels = values.shape[1]
+    for f in range(fresh):
+        n = np.uint64(slots[j, places[start + scratch[FRESH * LANES + f]]])
+        n = np.uint64(source[n]) if source.shape[0] > 0 else n
+        scratch[CORNER * LANES + f], scratch[(CORNER + 1) * LANES + f] = triangles[n, 0], triangles[n, 1]
+        scratch[(CORNER + 2) * LANES + f] = triangles[n, 2]
+    for f in range(fresh):
+        p, q = np.uint64(scratch[CORNER * LANES + f]), np.uint64(scratch[(CORNER + 1) * LANES + f])
+        r = np.uint64(scratch[(CORNER + 2) * LANES + f])
+        at = np.uint64(((before + f) & (RING - 1)) * (3 * channels))
+        for c in range(channels):
+            u0 = np.float64(values[p, c])
+            kept[at], kept[at + np.uint64(1)] = u0, np.float64(values[q, c]) - u0
+            kept[at + np.uint64(2)] = np.float64(values[r, c]) - u0
+            at += np.uint64(3)
+
+
+@inline_kernel
+def blend_runs(
+    flat: Array, row: Integer, places: Int32Array, start: Integer, runs: Integer, channels: int, scratch: Int64Array,
+    kept: Float64Array, lanes: Float64Array,
+) -> None:  # fmt: skip
+    """Write the values of runs, one channel after the other.
+
+    Shapes  flat: (H x W x channels,); row: the first pixel of the row.
+    """
+    for r in range(runs):
+        first, end = scratch[FIRST * LANES + r], scratch[FIRST * LANES + r + 1]
+        at = np.uint64(scratch[RECORD * LANES + r] * (3 * channels))
+        for c in range(channels):
+            u0, more1, more2 = kept[at], kept[at + np.uint64(1)], kept[at + np.uint64(2)]
+            at += np.uint64(3)
+            for k in range(first, end):
+                to = np.uint64((row + places[start + k]) * channels + c)
+                flat[to] = u0 + (lanes[LANES + k] * more1 + lanes[2 * LANES + k] * more2)
+
+
+@inline_kernel
+def blend_samples(
+    flat: Array, row: Integer, places: Int32Array, start: Integer, count: Integer, channels: int, scratch: Int64Array,
+    kept: Float64Array, lanes: Float64Array,
+) -> None:  # fmt: skip
+    """Write the values of samples, one sample after the other."""
+    for k in range(count):
+        at, to = np.uint64(scratch[AT * LANES + k] * (3 * channels)), np.uint64((row + places[start + k]) * channels)
+        b1, b2 = lanes[LANES + k], lanes[2 * LANES + k]
+        for c in range(np.uint64(0), np.uint64(channels)):
+            from_here = at + np.uint64(3) * c
+            flat[to + c] = kept[from_here] + (b1 * kept[from_here + np.uint64(1)] + b2 * kept[from_here + np.uint64(2)])
+
+
+@inline_kernel
 def interpolate_rows(
-    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
     y_start: int, triangles: Int32Array, values: Array, out: Array,
 ) -> None:  # fmt: skip
     """Write the interpolated per-vertex values of every visible sample, and leave the others.
 
-    Shapes  slots, numbers: (h, W) int32, what is visible as a row of screen.corners and of triangles, or -1; triangles: (T, 3)
-            int32; values: (V, k); out: (h, W, k), of the same type as values.
+    Shapes  slots: (h, W) int32, what is visible as a row of screen.corners, or -1; source: (N,) int32, the row of triangles for
+            each of these, or (0,) where they are the same; triangles: (T, 3) int32; values: (V, k); out: (h, W, k), of the same
+            type as values.
     Units   as for barycentric_kernel, whose weights these are, without being kept.
     """
-    places, lanes = np.empty(slots.shape[1] + 1, np.int32), np.empty(ROWS * LANES)
+    places, records = np.empty(slots.shape[1] + 1, np.int32), make_records()
+    lanes, scratch, before = records.lanes, records.scratch, np.int64(0)
     s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(screen.weights, screen.inner)
+    channels = values.shape[1]
+    kept, flat = np.empty(RING * 3 * channels), out.reshape(-1)
     for j in range(slots.shape[0]):
         covered = find_covered(slots, j, places)
         y = (np.int64(y_start + j) << s) + np.int64(sample_y)
         for start in range(0, covered, LANES):
             count = min(covered - start, LANES)
-            weigh_row(slots, j, places, start, count, screen, x, y, s, has_odd, lanes)
-
-            # Look up the corners of each run of one triangle, and go along it.
-            k = np.int64(0)
-            while k < count:
-                n, end = numbers[j, places[start + k]], k + 1
-                while end < count and numbers[j, places[start + end]] == n:
-                    end += 1
-                if n >= 0:
-                    p, q, r = np.uint32(triangles[n, 0]), np.uint32(triangles[n, 1]), np.uint32(triangles[n, 2])
-                    for c in range(values.shape[1]):
-                        u0, u1, u2 = np.float64(values[p, c]), np.float64(values[q, c]), np.float64(values[r, c])
-                        for i in range(k, end):
-                            out[j, places[start + i], c] = blend(u0, u1, u2, lanes[LANES + i], lanes[2 * LANES + i])
-                k = end
+            runs, fresh = weigh_row(slots, j, places, start, count, screen, x, y, s, has_odd, records, before)
+            write_values(slots, j, places, start, fresh, before, source, triangles, values, scratch, kept)
+            before += fresh
+            if runs * LONG <= count:
+                blend_runs(flat, j * slots.shape[1], places, start, runs, channels, scratch, kept, lanes)
+            else:
+                blend_samples(flat, j * slots.shape[1], places, start, count, channels, scratch, kept, lanes)
 
 
 @kernel
 def interpolate_rows_kernel(
-    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
     y_start: int, triangles: Int32Array, values: Float64Array, out: Float64Array,
 ) -> None:  # fmt: skip
     """Interpolate float64 values; see interpolate_rows."""
-    interpolate_rows(slots, numbers, screen, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+    interpolate_rows(slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
 
 
 @kernel
 def interpolate_float32_rows_kernel(
-    slots: Int32Array, numbers: Int32Array, screen: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
     y_start: int, triangles: Int32Array, values: Float32Array, out: Float32Array,
 ) -> None:  # fmt: skip
     """Interpolate float32 values in float64, and round once; see interpolate_rows."""
-    interpolate_rows(slots, numbers, screen, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+    interpolate_rows(slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
 
 
 @kernel

@@ -1,32 +1,65 @@
-"""Barycentric weights of the visible samples of a row, in lanes: gather the corners of all, then weigh them at once.
+"""Barycentric weights of the visible samples of a row, in lanes: look up each triangle once, then weigh all samples together.
 
-Small triangles lie all over the memory, so what a sample costs is the time until its corners have arrived. A loop that only
-copies has dozens of them under way at once; one that weighs each sample before the next has one or two. The second loop has no
-branch and no look-up, so the compiler turns it into vector instructions, divisions included.
+Small triangles lie all over the memory, so what a sample costs is the time until its corners have arrived. A row is cut into
+runs of one triangle. What is needed of it is kept as a record in a ring, in the order in which rows show them, and a table
+that hashes triangles' numbers tells which have one; so a triangle is fetched once, though several rows show it. Loops that only
+copy have dozens of fetches under way at once. The last loop has no branch and no look-up, so the compiler turns it into vector
+instructions, divisions included (docs/decisions/0015-frames.md has the measurements).
 
 A weight is max(E_k, 0) / w_k over the sum of the three, as `weigh_sample` has it; that is the slow way, which knows pieces of
-clipped triangles and corners that are far away, and is taken for these. For all others coordinates are counted from the sample,
-and below 2^25 sub-pixels edge values are exact in float64: the same bits.
+clipped triangles and corners that are far away, and is taken for these. For all others coordinates are counted from the first
+corner, and below 2^25 sub-pixels edge values are exact in float64: the same bits.
 
 Source: Heckbert and Moreton 1991.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from scanspan.geometry.depth_plane import UNCUT
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.geometry.outlines import REACHES_OUT
-from scanspan.jit import bare_kernel, helper_kernel, kernel
+from scanspan.jit import bare_kernel, helper_kernel, inline_kernel
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 
-LANES = 256  # samples at a time; their numbers take 22 KiB, and stay in the first-level cache
+LANES = 256  # samples at a time; their numbers take 20 KiB, and stay in the first-level cache
 NEAR = 2.0**25  # sub-pixels
+RING = np.int64(1 << 13)  # records kept: those that the last rows of a picture show; LANES of them are written at a time
+HASHES = np.int64(1 << 14)
+LONG = 6  # samples of a run, from which on runs are worth a loop of their own
 
-# Rows of LANES numbers: x and y of the three corners from the sample, w of each, and 1 where a corner is far. The weights take
-# the place of the first three.
-CORNER_W, IS_FAR, ROWS = 6, 9, 10
+# Numbers of a record: x and y of the first corner; of the second and the third from there; w of each; and 1 where the triangle
+# is to be weighed by `weigh_sample`. The lanes have a row for each; the weights take the place
+# of the first three.
+SECOND, THIRD, CORNER_W, IS_ODD, FIELDS = 2, 4, 6, 9, 10
+
+# Rows of LANES whole numbers: the triangle of each run, and its record; the run of each sample, and where these are short, its
+# record; the first samples of runs that need a record; their corners; and where
+# runs begin and the last ends, in a row that is longer by one.
+NUMBER, RECORD, RUN, AT, FRESH, CORNER, FIRST, SCRATCH = 0, 1, 2, 3, 4, 5, 8, 9
+
+
+class Records(NamedTuple):
+    """What is kept from row to row."""
+
+    lanes: Float64Array  # (FIELDS x LANES,)
+    scratch: Int64Array  # (SCRATCH x LANES + 1,)
+    kept: Float64Array  # (RING x FIELDS,)
+    tags: Int64Array  # (HASHES x 2,) the triangle that has this hash, and how many records came before its own
+
+
+@inline_kernel
+def make_records() -> Records:
+    """Return empty records."""
+    return Records(
+        np.empty(FIELDS * LANES),
+        np.empty(SCRATCH * LANES + 1, np.int64),
+        np.empty(RING * FIELDS),
+        np.full(2 * HASHES, -1, np.int64),
+    )
 
 
 @helper_kernel
@@ -93,43 +126,123 @@ def find_covered(slots: Int32Array, j: Integer, places: Int32Array) -> Integer:
 
 
 @bare_kernel
-def gather_lanes(
-    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, xy: Int64Array, clip: Float64Array,
-    corners: Int32Array, sample_x: Integer, y: Integer, s: Integer, lanes: Float64Array,
-) -> None:  # fmt: skip
-    """Copy the corners of the triangles that some samples of a row show."""
+def find_runs(
+    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, scratch: Int64Array
+) -> Integer:
+    """Cut some samples of a row into runs of one triangle, and return how many."""
+    run, before = np.int64(-1), np.int64(-1)
+    scratch[FIRST * LANES] = 0
     for k in range(count):
-        i = np.int64(places[start + k])
-        n = np.uint32(slots[j, i])
-        x = (i << s) + sample_x
-        p, q, r = np.uint32(corners[n, 0]), np.uint32(corners[n, 1]), np.uint32(corners[n, 2])
-        lanes[k], lanes[LANES + k] = np.float64(xy[p, 0] - x), np.float64(xy[p, 1] - y)
-        lanes[2 * LANES + k], lanes[3 * LANES + k] = np.float64(xy[q, 0] - x), np.float64(xy[q, 1] - y)
-        lanes[4 * LANES + k], lanes[5 * LANES + k] = np.float64(xy[r, 0] - x), np.float64(xy[r, 1] - y)
-        lanes[6 * LANES + k], lanes[7 * LANES + k], lanes[8 * LANES + k] = clip[p, 3], clip[q, 3], clip[r, 3]
+        n = np.int64(slots[j, places[start + k]])
+        run += np.int64(n != before)
+        scratch[np.uint64(NUMBER * LANES + run)] = n
+        scratch[RUN * LANES + k] = run
+        scratch[np.uint64(FIRST * LANES + 1 + run)] = k + 1
+        before = n
+    return run + 1
 
 
 @bare_kernel
-def weigh_lanes(lanes: Float64Array, count: Integer) -> bool:
-    """Overwrite the first three rows with the weights, and say whether a corner of any of them is far."""
-    any_far = False
-    for k in range(count):
-        p_x, p_y, q_x, q_y = lanes[k], lanes[LANES + k], lanes[2 * LANES + k], lanes[3 * LANES + k]
-        r_x, r_y = lanes[4 * LANES + k], lanes[5 * LANES + k]
-        reach_x, reach_y = max(abs(p_x), max(abs(q_x), abs(r_x))), max(abs(p_y), max(abs(q_y), abs(r_y)))
-        is_far = max(reach_x, reach_y) >= NEAR
-        any_far |= is_far
-        lanes[IS_FAR * LANES + k] = 1.0 if is_far else 0.0
+def find_records(scratch: Int64Array, runs: Integer, tags: Int64Array, before: Integer) -> Integer:
+    """Tell each run its record, list those whose record is yet to be written, and return how many these are.
 
-        # Adding 0.0 makes -0.0 into 0.0, which a difference of whole numbers is.
-        e0, e1, e2 = (q_x * r_y - q_y * r_x) + 0.0, (r_x * p_y - r_y * p_x) + 0.0, (p_x * q_y - p_y * q_x) + 0.0
-        turn = -1.0 if (e0 + e1) + e2 < 0.0 else 1.0
+    Units   before: records that have been written.
+    """
+    fresh = np.int64(0)
+    for r in range(runs):
+        n = scratch[NUMBER * LANES + r]
+        h = np.uint64(n & (HASHES - 1)) * np.uint64(2)
+        there = tags[h + np.uint64(1)]
+        is_known = (tags[h] == n) & (before + fresh - there < RING - LANES)
+        record = there if is_known else before + fresh
+        tags[h], tags[h + np.uint64(1)] = n, record
+        scratch[RECORD * LANES + r] = record & (RING - 1)
+        scratch[np.uint64(FRESH * LANES + fresh)] = scratch[FIRST * LANES + r]
+        fresh += np.int64(not is_known)
+    return fresh
+
+
+@bare_kernel
+def write_records(
+    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, xy: Int64Array,
+    clip: Float64Array, corners: Int32Array, scratch: Int64Array, kept: Float64Array,
+) -> None:  # fmt: skip
+    """Write the records of the triangles that are new."""
+    for f in range(fresh):
+        n = np.uint64(slots[j, places[start + scratch[FRESH * LANES + f]]])
+        scratch[CORNER * LANES + f], scratch[(CORNER + 1) * LANES + f] = corners[n, 0], corners[n, 1]
+        scratch[(CORNER + 2) * LANES + f] = corners[n, 2]
+    for f in range(fresh):
+        p, q = np.uint64(scratch[CORNER * LANES + f]), np.uint64(scratch[(CORNER + 1) * LANES + f])
+        r = np.uint64(scratch[(CORNER + 2) * LANES + f])
+        at = np.uint64(((before + f) & (RING - 1)) * FIELDS)
+        p_x, p_y = xy[p, 0], xy[p, 1]
+        q_x, q_y = np.float64(xy[q, 0] - p_x), np.float64(xy[q, 1] - p_y)
+        r_x, r_y = np.float64(xy[r, 0] - p_x), np.float64(xy[r, 1] - p_y)
+        kept[at], kept[at + np.uint64(1)] = np.float64(p_x), np.float64(p_y)
+        kept[at + np.uint64(SECOND)], kept[at + np.uint64(SECOND + 1)] = q_x, q_y
+        kept[at + np.uint64(THIRD)], kept[at + np.uint64(THIRD + 1)] = r_x, r_y
+        kept[at + np.uint64(CORNER_W)], kept[at + np.uint64(CORNER_W + 1)] = clip[p, 3], clip[q, 3]
+        kept[at + np.uint64(CORNER_W + 2)] = clip[r, 3]
+        reach = max(max(abs(q_x), abs(q_y)), max(abs(r_x), abs(r_y)))
+        kept[at + np.uint64(IS_ODD)] = 1.0 if reach >= NEAR else 0.0
+
+
+@bare_kernel
+def mark_odd(
+    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, piece: Int32Array,
+    inner: UInt8Array, scratch: Int64Array, kept: Float64Array,
+) -> None:  # fmt: skip
+    """Mark the new records of triangles that are cut, and of polygons."""
+    for f in range(fresh):
+        n = slots[j, places[start + scratch[FRESH * LANES + f]]]
+        if piece[n] >= 0 or inner[n] != 0:
+            kept[((before + f) & (RING - 1)) * FIELDS + IS_ODD] = 1.0
+
+
+@bare_kernel
+def copy_records(scratch: Int64Array, kept: Float64Array, runs: Integer, count: Integer, lanes: Float64Array) -> None:
+    """Copy the record of each sample into the lanes: run by run where runs are long, else sample by sample."""
+    if runs * LONG <= count:
+        for r in range(runs):
+            first, end = scratch[FIRST * LANES + r], scratch[FIRST * LANES + r + 1]
+            at = scratch[RECORD * LANES + r] * FIELDS
+            for field in range(FIELDS):
+                value = kept[at + field]
+                for k in range(field * LANES + first, field * LANES + end):
+                    lanes[np.uint64(k)] = value
+    else:
+        for k in range(count):
+            record = scratch[np.uint64(RECORD * LANES + scratch[RUN * LANES + k])]
+            scratch[AT * LANES + k] = record
+            at = np.uint64(record * FIELDS)
+            for field in range(FIELDS):
+                lanes[field * LANES + k] = kept[at + np.uint64(field)]
+
+
+@bare_kernel
+def weigh_lanes(
+    places: Int32Array, start: Integer, count: Integer, sample_x: Integer, y: Integer, s: Integer, lanes: Float64Array
+) -> bool:
+    """Overwrite the first three rows with the weights, and say whether any of them has to be weighed by itself."""
+    any_odd_one, height = False, np.float64(y)
+    for k in range(count):
+        p_x = lanes[k] - np.float64((np.int64(places[start + k]) << s) + sample_x)
+        p_y, q_x, q_y = lanes[LANES + k] - height, lanes[SECOND * LANES + k], lanes[(SECOND + 1) * LANES + k]
+        r_x, r_y = lanes[THIRD * LANES + k], lanes[(THIRD + 1) * LANES + k]
+        any_odd_one |= lanes[IS_ODD * LANES + k] != 0.0
+
+        # Take two of the edges at the first corner, and the third from the area. Adding 0.0 makes -0.0 into 0.0.
+        e1, e2 = (r_x * p_y - r_y * p_x) + 0.0, (p_x * q_y - p_y * q_x) + 0.0
+        area = q_x * r_y - q_y * r_x
+        e0 = (area - e1) - e2
+        turn = -1.0 if area < 0.0 else 1.0
         w0 = max(turn * e0, 0.0) / lanes[CORNER_W * LANES + k]
         w1 = max(turn * e1, 0.0) / lanes[(CORNER_W + 1) * LANES + k]
         w2 = max(turn * e2, 0.0) / lanes[(CORNER_W + 2) * LANES + k]
         total = (w0 + w1) + w2
         lanes[k], lanes[LANES + k], lanes[2 * LANES + k] = w0 / total, w1 / total, w2 / total
-    return any_far
+    return any_odd_one
 
 
 @bare_kernel
@@ -141,28 +254,36 @@ def any_odd(weights: Float64Array, inner: UInt8Array) -> bool:
     return weights.shape[0] > 0 or bool(bits != 0)
 
 
-@kernel
+@bare_kernel
 def weigh_row(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, triangles: ScreenTriangles,
-    sample_x: Integer, y: Integer, s: Integer, has_odd: bool, lanes: Float64Array,
-) -> None:  # fmt: skip
+    sample_x: Integer, y: Integer, s: Integer, has_odd: bool, records: Records, before: Integer,
+) -> tuple[Integer, Integer]:  # fmt: skip
     """Put the weights of at most LANES visible samples of row j into the first three rows of lanes.
 
+    Return how many runs there are, and how many of the records are new.
+
     Shapes  slots: (h, W), row of triangles.corners or -1; places: (W,), the columns, of which `count` are wanted from `start`
-            on; has_odd: any_odd of the triangles; lanes: (ROWS x LANES,).
+            on; has_odd: any_odd of the triangles; before: how many records have been written, all for these triangles.
     Units   sample_x: sub-pixels from a pixel's corner; y: of the row's samples, in sub-pixels.
     """
     xy, clip, corners = triangles.xy, triangles.clip, triangles.corners
     piece, weights, inner = triangles.piece, triangles.weights, triangles.inner
-    gather_lanes(slots, j, places, start, count, xy, clip, corners, sample_x, y, s, lanes)
-    any_far = weigh_lanes(lanes, count)
+    lanes, scratch, kept = records.lanes, records.scratch, records.kept
+    runs = find_runs(slots, j, places, start, count, scratch)
+    fresh = find_records(scratch, runs, records.tags, before)
+    write_records(slots, j, places, start, fresh, before, xy, clip, corners, scratch, kept)
+    if has_odd:
+        mark_odd(slots, j, places, start, fresh, before, piece, inner, scratch, kept)
+    copy_records(scratch, kept, runs, count, lanes)
 
     # Weigh one by one what is far, or cut, or a polygon.
-    if any_far or has_odd:
+    if weigh_lanes(places, start, count, sample_x, y, s, lanes):
         for k in range(count):
-            n = slots[j, places[start + k]]
-            if lanes[IS_FAR * LANES + k] != 0.0 or piece[n] >= 0 or inner[n] != 0:
+            if lanes[IS_ODD * LANES + k] != 0.0:
+                n = slots[j, places[start + k]]
                 x = (np.int64(places[start + k]) << s) + sample_x
                 lanes[k], lanes[LANES + k], lanes[2 * LANES + k] = weigh_sample(
                     xy, clip, corners, piece, weights, inner, n, x, y
                 )  # fmt: skip
+    return runs, fresh

@@ -225,6 +225,12 @@ class Visibility:
         return weights[0] if len(weights) == 1 else np.stack(weights, axis=2)
 
 
+def is_whole(screen: ScreenTriangles) -> bool:
+    """Say whether all triangles that came are there and none was cut, so that slots are their numbers."""
+    count = len(screen.source)
+    return not len(screen.weights) and count > 0 and int(screen.source[-1]) == count - 1
+
+
 def count_triangles(triangles: Int32Array, screen: ScreenTriangles) -> dict[str, int]:
     """Return how many triangles came, were cut by a plane, lay outside one, and how many are drawn in all."""
     pieces = screen.source[screen.piece >= 0]
@@ -266,9 +272,7 @@ def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples:
     """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
     offsets = sample_offsets(samples, options.subpixel_bits)
     planes = tuple(find_visible(screen, offset, options) for offset in offsets)
-    count = len(screen.source)
-    is_whole = not len(screen.weights) and count > 0 and screen.source[-1] == count - 1
-    primitive = [plane.slot.copy() if is_whole else numbers_of(plane.slot, screen.source) for plane in planes]
+    primitive = [plane.slot.copy() if is_whole(screen) else numbers_of(plane.slot, screen.source) for plane in planes]
     return Visibility(
         primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
         depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
@@ -291,19 +295,17 @@ def interpolate_visible(visibility: Visibility, values: Array) -> Array:
     if visibility.screen is None or visibility.options is None:
         raise InputError("a merged Visibility has no barycentric weights: take them before merging")
     screen, options, (width, height) = visibility.screen, visibility.options, visibility.options.size
+    source = np.empty(0, np.int32) if is_whole(screen) else screen.source
     kernel = interpolate_float32_rows_kernel if values.dtype == np.float32 else interpolate_rows_kernel
     found = []
-    for k, plane in enumerate(visibility.planes):
-        numbers = visibility.primitive if len(visibility.planes) == 1 else np.ascontiguousarray(visibility.primitive[..., k])
+    for plane in visibility.planes:
         out = np.zeros((height, width, values.shape[1]), values.dtype)
 
-        def shade(
-            y_start: int, y_end: int, stop: Event, plane: Plane = plane, numbers: Array = numbers, out: Array = out
-        ) -> None:
+        def shade(y_start: int, y_end: int, stop: Event, plane: Plane = plane, out: Array = out) -> None:
             """Interpolate in the rows of one band."""
             rows = slice(y_start, y_end)
             kernel(
-                plane.slot[rows], numbers[rows], screen, plane.offset[0], plane.offset[1], options.subpixel_bits, y_start,
+                plane.slot[rows], screen, source, plane.offset[0], plane.offset[1], options.subpixel_bits, y_start,
                 visibility.triangles, values, out[rows],
             )  # fmt: skip
 
