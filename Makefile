@@ -47,7 +47,7 @@ verify: .venv/.dev
 	@$(RUN) -m tests.verify --seed $(SEED) --count $(N)
 
 bench: .venv/.bench
-	@$(RUN) -m benchmarks
+	@$(RUN) -m benchmarks --seconds 1 -o docs/benchmarks.md --readme README.md
 
 lint: .venv/.dev
 	@.venv/bin/python -m ruff check .

@@ -40,6 +40,9 @@ cv2.triangleRasterize(v, np.array([[0, 1, 2]], np.int32), white, c, z, view, 1.5
 """
 
 
+MARK, END_MARK = "<!-- speed: python -m benchmarks writes this table -->", "<!-- end of speed -->"
+
+
 def last_core() -> int | None:
     """Return the core to pin workers to: the last one this process may use, or None where pinning does not exist."""
     return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
@@ -190,6 +193,17 @@ def _time_process(code: str, variables: dict[str, str], times: report.Timings) -
     times.cpu.append(_children_cpu() - before)
 
 
+def first_kernels(variables: dict[str, str]) -> str:
+    """Return how many kernels a first triangle compiles, and how long that takes."""
+    told = "\nfrom scanspan.jit import compile_seconds\nfrom scanspan.view.metadata import compiled_kernels"
+    told += "\nprint(len(compiled_kernels()), compile_seconds())"
+    done = subprocess.run([sys.executable, "-c", TRIANGLE + told], env=variables, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        return "What a first triangle compiles could not be counted.\n"
+    kernels, took = done.stdout.split()
+    return f"A first triangle compiles {kernels} kernels with what they call, which takes {report.seconds(float(took))}.\n"
+
+
 def starts(repetitions: int, core: int | None) -> str:
     """Time whole processes: interpreters that import, and the first triangle with an empty and with a filled kernel cache."""
     programs = {"python": "pass", "import numpy": "import numpy", "import scanspan": "import scanspan"}
@@ -206,7 +220,8 @@ def starts(repetitions: int, core: int | None) -> str:
             if repetition < COLD_REPETITIONS:
                 _time_process(TRIANGLE, {**variables, "NUMBA_CACHE_DIR": os.path.join(folder, str(repetition))}, timings[cold])
             _time_process(TRIANGLE, {**variables, "NUMBA_CACHE_DIR": os.path.join(folder, "0")}, timings[cached])
-    return report.start_table(timings)
+        counted = first_kernels({**variables, "NUMBA_CACHE_DIR": os.path.join(folder, "counted")})
+    return f"{report.start_table(timings)}\n{counted}"
 
 
 def write(path: Path, text: str) -> None:
@@ -214,6 +229,13 @@ def write(path: Path, text: str) -> None:
     partial = path.with_name(path.name + ".partial")
     partial.write_text(text, encoding="utf-8")
     partial.replace(path)
+
+
+def put_between(path: Path, table: str) -> None:
+    """Put a table between the two marks of a file, in the place of what is there."""
+    text = path.read_text(encoding="utf-8")
+    start, end = text.index(MARK) + len(MARK), text.index(END_MARK)
+    write(path, f"{text[:start]}\n\n{table}\n{text[end:]}")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -225,6 +247,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=2.0, help="after which a peer sits out on a scene (default: 2)")
     parser.add_argument("--scale", type=float, default=1.0, help="share of the triangles or such of a scene (default: 1)")
     parser.add_argument("-o", dest="output", type=Path, help="write the tables to this file as well")
+    parser.add_argument("--readme", type=Path, help=f"put a short table between {MARK} and {END_MARK} of this file")
     parser.add_argument("--worker", nargs=4, metavar=("PEER", "SCENE", "SCALE", "RIGHT"), help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.worker:
@@ -254,6 +277,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(parts[-1], flush=True)
     if options.output:
         write(options.output, "\n".join(parts))
+    if options.readme:
+        put_between(options.readme, report.short_table(races))
     return 0
 
 

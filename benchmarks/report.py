@@ -175,6 +175,31 @@ def summary_table(races: list[Race]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def short_table(races: list[Race]) -> str:
+    """Return a table for those in a hurry: each scene that a right opponent draws, with the first form of its output.
+
+    The opponent is the fastest whose output is as right as ours; ratios above 1 x say that scanspan is ahead.
+    """
+    lines = ["| scene | what is drawn | scanspan | fastest that is right | ahead by |", "|---" * 5 + "|"]
+    for about, timings in races:
+        run = {peer: times for peer, times in timings.items() if times.cpu and peer != FILL}
+        ours = {peer: times for peer, times in run.items() if is_ours(peer)}
+        gives = next(iter(ours.values())).gives if ours else ""
+        same = {
+            peer: statistics.median(times.cpu)
+            for peer, times in run.items()
+            if peer not in ours and times.gives == gives and (times.is_right or times.wrong is None)
+        }
+        if not ours or not same:
+            continue
+        own = min(statistics.median(times.cpu) for times in ours.values() if times.gives == gives)
+        peer = min(same, key=lambda name: same[name])
+        each = f" of {about.area / about.count:,.0f} px" if about.kind in ("flat", "shaded", "deep", "mesh") else ""
+        what = f"{about.count:,} {about.unit}{each}, as {gives}"
+        lines.append(f"| {about.name} | {what} | {seconds(own)} | {peer}, {seconds(same[peer])} | {ratio(same[peer], own)} |")
+    return "\n".join(lines) + "\n"
+
+
 def start_table(timings: dict[str, Timings]) -> str:
     """Return the table of whole processes, from their start to their end."""
     lines = ["### Start: whole processes", "", "| what runs | wall | CPU time |", "|---|---|---|"]

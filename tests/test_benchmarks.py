@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from benchmarks import exact, plane_scenes, registry, report
+from benchmarks.__main__ import END_MARK, MARK, put_between
 from benchmarks.entry import MissingError, load
 from scipy import ndimage
 
@@ -157,3 +159,29 @@ def test_tables_compare_like_with_like() -> None:
     assert "| X | mask | slow | 4 ms | 0 | right: 2.00 x, 2 px wrong | wrong: 0.50 x, 3 px wrong |" in summary
     assert "| X | colors | fast | 1 ms | 0 | none | wrong: 2.00 x, 3 px wrong |" in summary
     assert "| X | | not run | | | | 1 others were |" in summary
+
+
+def test_the_short_table_has_the_fastest_opponent_that_is_right(tmp_path: Path) -> None:
+    about = report.About("X", 1000, "triangles", 8000.0, (64, 48), "flat")
+    timings = {
+        "scanspan Canvas.triangles": report.Timings([0.002], gives="colors", wrong=0, covered=10_000),
+        "quick": report.Timings([0.001], gives="colors", wrong=9_000, covered=10_000),
+        "right": report.Timings([0.007, 0.003, 0.005], gives="colors", wrong=3, covered=10_000),
+        "slow": report.Timings([0.010], gives="colors", wrong=0, covered=10_000),
+        "other": report.Timings([0.0001], gives="ids", wrong=0, covered=10_000),
+    }
+    alone = {"scanspan Canvas.triangles": timings["scanspan Canvas.triangles"]}
+    table = report.short_table([(about, timings), (about, alone)])
+    assert table.splitlines()[2:] == ["| X | 1,000 triangles of 8 px, as colors | 2 ms | right, 5 ms | 2.50 x |"]
+
+    # It takes the place of what was between the marks, and of nothing else.
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{MARK}\nold\n{END_MARK}\nafter\n", encoding="utf-8")
+    put_between(page, table)
+    put_between(page, table)
+    assert page.read_text(encoding="utf-8") == f"before\n{MARK}\n\n{table}\n{END_MARK}\nafter\n"
+
+
+def test_the_page_has_the_marks_for_the_table(repository: Path) -> None:
+    text = (repository / "README.md").read_text(encoding="utf-8")
+    assert text.count(MARK) == text.count(END_MARK) == 1

@@ -432,6 +432,7 @@ def test_after_warming_nothing_is_compiled(folder: Path, tmp_path_factory: pytes
         assert ended.returncode == 0
         assert re.match(expected, printed.decode())
         assert cache in printed.decode()
+        assert bool(re.search(r"^compiling took \d+ s, \d\.\d s a kernel$", printed.decode(), re.M)) == ("\\1" in expected)
         assert complaints.count(b"compiling kernels for this machine, once") == expected.count("\\1")
     for words in (
         ("-e", "-o", "a.npz"),

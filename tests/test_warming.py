@@ -56,7 +56,7 @@ def test_the_first_triangle_is_written_as_kernels_write_it() -> None:
 
 def test_a_helper_that_fails_is_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
     with Helper() as helper:
-        assert helper.result() == []
+        assert helper.result() == ([], 0.0)
         monkeypatch.setattr("scanspan.raster.options.check_threads", lambda value: 1)
         helper.start(False)
         assert helper.process is None
@@ -64,7 +64,7 @@ def test_a_helper_that_fails_is_no_harm(monkeypatch: pytest.MonkeyPatch) -> None
         monkeypatch.setattr("sys.executable", "/no/such/program")
         helper.start(False)
         assert helper.process is None
-        assert helper.result() == []
+        assert helper.result() == ([], 0.0)
 
 
 def test_a_helper_ends_with_the_work(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ import logging
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -125,20 +126,29 @@ def log_compile() -> None:
 
 
 class _CompileListener(event.Listener):
-    """Calls a function at the first kernel of ours that has to be compiled (a cache hit is no compile)."""
+    """Calls a function at the first kernel of ours that is compiled (a cache hit is no compile), and adds up the time."""
 
     def __init__(self, announce: Callable[[], None]) -> None:
         self.announce = announce
         self.told = False
+        self.depth = 0  # compiling a kernel begins with compiling what it calls
+        self.began = 0.0
+        self.seconds = 0.0
 
     def on_start(self, event: Any) -> None:
-        """Tell once."""
+        """Tell once, and look at the clock."""
         if not self.told and event.data["dispatcher"].py_func.__module__.startswith("scanspan."):
             self.told = True
             self.announce()
+        if self.depth == 0:
+            self.began = time.perf_counter()
+        self.depth += 1
 
     def on_end(self, event: Any) -> None:
-        """Nothing to do when a compile ends."""
+        """Add what the kernel took with all that it calls."""
+        self.depth -= 1
+        if self.depth == 0:
+            self.seconds += time.perf_counter() - self.began
 
 
 _LISTENER = _CompileListener(log_compile)
@@ -148,6 +158,11 @@ event.register("numba:compile", _LISTENER)
 def on_first_compile(announce: Callable[[], None]) -> None:
     """Call `announce` when a kernel is about to be compiled in this process for the first time, in the place of a log entry."""
     _LISTENER.announce = announce
+
+
+def compile_seconds() -> float:
+    """Return how long this process has compiled so far, in seconds; a kernel that was found on disk takes none."""
+    return _LISTENER.seconds
 
 
 def signature_count(function: Any) -> int:

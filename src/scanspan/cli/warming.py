@@ -25,7 +25,7 @@ class Helper:
     --------
     >>> with Helper() as helper:
     ...     helper.result()
-    []
+    ([], 0.0)
     """
 
     def __init__(self) -> None:
@@ -56,21 +56,23 @@ class Helper:
                 self.process.stdin.close()
                 self.process.stdin = None
 
-    def result(self) -> list[str]:
-        """Wait for its end, and return the names of the kernels that it has compiled."""
+    def result(self) -> tuple[list[str], float]:
+        """Wait for its end, and return the names of the kernels that it has compiled, and how many seconds that took."""
         if self.process is None:
-            return []
+            return [], 0.0
         told, _ = self.process.communicate()
         self.process = None
         try:
-            return list(json.loads(told))
-        except ValueError:
-            return []
+            names, seconds = json.loads(told)
+            return list(names), float(seconds)
+        except (TypeError, ValueError):
+            return [], 0.0
 
 
 def warm(every: options.Every = False, verbose: options.Verbose = False) -> None:
     """Compile kernels now, so that every later start is quick, and tell where they are kept."""
     from scanspan.cli import write_out
+    from scanspan.jit import compile_seconds
     from scanspan.view.metadata import describe_kernels
 
     with Reporter(verbose) as reporter, Helper() as helper:
@@ -78,13 +80,16 @@ def warm(every: options.Every = False, verbose: options.Verbose = False) -> None
         reporter.await_kernels(lambda: helper.start(every))
         run_kernels(reporter, every)
         reporter.stage("waiting for the second process")
-        elsewhere = helper.result()
+        elsewhere, elsewhere_seconds = helper.result()
         draw_scene()
         if every:
             reporter.stage("compiling what paints on a canvas")
             draw_canvases()
     kept = describe_kernels(elsewhere)
+    took = compile_seconds() + elsewhere_seconds
     write_out(f"{kept['kernels']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n")
+    if kept["compiled"]:
+        write_out(f"compiling took {took:.0f} s, {took / kept['compiled']:.1f} s a kernel\n")
 
 
 def show_first_triangle(algorithm: str, order: str, kind: str, target: Any, triangles: Any, sampling: Any, threads: int) -> Any:
@@ -101,6 +106,7 @@ def show_first_triangle(algorithm: str, order: str, kind: str, target: Any, tria
 
 def serve() -> None:
     """Be the second process: compile what shades, and tell which kernels that were."""
+    from scanspan.jit import compile_seconds
     from scanspan.target import visibility
     from scanspan.view.metadata import compiled_kernels
 
@@ -117,7 +123,7 @@ def serve() -> None:
             shot = work.shot._replace(direction=work.views[0]) if work.views else work.shot
             frame, _ = render_view(read_scene(work, reporter), work._replace(metadata=None), shot, reporter, (64, 48))
             assert frame.color is not None
-    print(json.dumps(compiled_kernels()))
+    print(json.dumps([compiled_kernels(), compile_seconds()]))
 
 
 def make_scene() -> tuple[Any, Any, Any]:
