@@ -1,11 +1,12 @@
 """How time grows with work: `python -m benchmarks.growth -o docs/pictures/growth.svg`.
 
 Flat triangles are painted in order, and rasterized with depth, while one thing grows: their number, the pixels of the image,
-the layers behind each other, the size of a triangle, or the threads. A model with five costs says what each point should take:
-a call, a triangle, a scan line of a triangle, a sample of it, and a pixel of the image that is cleared. It is fitted to every
-other point, and predicts the rest.
+the layers behind each other, the size of a triangle, or the threads. A model with seven costs says what each point should take:
+a call, a triangle, a scan line of a triangle, a sample of it, a pixel of the image that is cleared, and what such a pixel costs
+more where the image does not fit the second-level cache, or the third. It is fitted to every other point and predicts the rest.
 
-Prints the tables as Markdown and draws the chart with matplotlib. Times are medians of repetitions taken in turns.
+Prints the tables as Markdown and draws the chart with matplotlib. Times are medians of repetitions taken in
+turns: of the processor, but for threads.
 """
 
 from __future__ import annotations
@@ -30,7 +31,16 @@ SIDES = (256, 512, 1024, 2048, 4096, 8192, 16384)
 LAYERS = (1, 2, 4, 8, 16, 32, 64)
 AREAS = (0.01, 0.1, 1, 4, 16, 64, 256, 1024, 4096, 16384, 65536, 262144)
 THREADS = (1, 2, 4, 8)
-COSTS = ("a call", "a triangle", "a scan line", "a sample", "a pixel")
+CACHES = (1 << 18, 1 << 23)  # pixels of four bytes that a second-level cache holds, 1 MiB, and a third-level one, 32 MiB
+COSTS = (
+    "a call",
+    "a triangle",
+    "a scan line",
+    "a sample",
+    "a pixel",
+    "more beyond 1 MiB of them",
+    "more beyond 32 MiB of them",
+)
 WITHIN = 0.25  # of the measured time: how far a prediction may be off
 
 
@@ -88,14 +98,14 @@ def make_triangles(work: Work) -> NDArray[np.float32]:
 
 
 def amounts(work: Work, vertices: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return how many calls, triangles, scan lines, samples and pixels there are, as far as they lie in the image."""
+    """Return how many calls, triangles, scan lines, samples and pixels there are, and how many pixels beyond each cache."""
     inside = vertices.clip(0, work.side)
     heights = np.rint(inside[..., 1].max(axis=1)) - np.rint(inside[..., 1].min(axis=1))
     a, b, c = (inside[:, corner].astype(np.float64) for corner in range(3))
     areas = abs((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])) / 2
     batches = work.batches
     each = [batches, batches * len(vertices), batches * heights.sum(), batches * areas.sum(), work.side**2]
-    return np.array(each, dtype=np.float64)
+    return np.array([*each, *(max(work.side**2 - held, 0) for held in CACHES)], dtype=np.float64)
 
 
 def painter(work: Work, vertices: NDArray[np.float32]) -> Callable[[], Any]:
@@ -144,17 +154,18 @@ def measure(way: str, repetitions: int, seconds: float) -> list[Point]:
             for point, draw in rows:
                 if repetition > 1 and sum(point.seconds) > seconds:
                     continue
-                started = time.perf_counter()
+                clock = time.perf_counter if panel == "threads" else time.process_time
+                started = clock()
                 draw()
                 if repetition:
-                    point.seconds.append(time.perf_counter() - started)
+                    point.seconds.append(clock() - started)
         points += [point for point, _ in rows]
         print(f"{way}: {panel}", file=sys.stderr)
     return points
 
 
 def fit(points: list[Point]) -> NDArray[np.float64]:
-    """Return the five costs in seconds, none below 0, that make the relative errors least."""
+    """Return the costs in seconds, none below 0, that make the relative errors least."""
     from scipy.optimize import nnls
 
     known = np.array([point.amounts / point.median for point in points])
