@@ -276,7 +276,7 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
     if request.color is None and request.up is None:
         return scene
     instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
-    return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras)
+    return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras, scene.lights)
 
 
 def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:

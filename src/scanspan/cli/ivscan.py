@@ -90,7 +90,8 @@ def ivscan(
         for note in model.notes:
             reporter.note(f"note: {scene}: {note}")
         axis = words.parse_axis(up)
-        model = model if axis is None else ss.Scene(model.instances, axis, model.name, model.notes)
+        if axis is not None:
+            model = ss.Scene(model.instances, axis, model.name, model.notes, model.cameras, model.lights)
         reporter.stage("recording the calls")
         reporter.await_kernels()
         session = program.scan(

@@ -1,8 +1,8 @@
 """Shading: the linear colour of every visible sample, a few rows at a time.
 
-The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light, edges. Visibility came
-first, so each sample is shaded once, whatever was hidden behind it. Surfaces are opaque; alpha of materials and textures is not
-blended.
+The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light (the studio's in
+light.py or the scene's own in lamps.py), edges. Visibility came first, so each sample is shaded once, whatever was hidden
+behind it. Surfaces are opaque; alpha of materials and textures is not blended.
 
 Source: the order of nvdiffrast (rasterize, interpolate, shade) and of deferred shading.
 """
@@ -21,7 +21,13 @@ from scanspan.jit import kernel
 from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
 from scanspan.shade import surface
 from scanspan.shade.color import LINEAR_FROM_SRGB8, encode_srgb, linear_color
-from scanspan.shade.interpolate import barycentric_kernel, interpolate_corners_kernel, numbers_kernel
+from scanspan.shade.interpolate import (
+    barycentric_kernel,
+    interpolate_corners_kernel,
+    interpolate_vertices_kernel,
+    numbers_kernel,
+)
+from scanspan.shade.lamps import Lamps, find_around, gather_lamps, shine_kernel
 from scanspan.shade.light import Lights, default_lights, light
 from scanspan.shade.texture import sample_texture
 from scanspan.shade.wireframe import overlay_edges_kernel
@@ -39,6 +45,7 @@ class Look(NamedTuple):
     edges: bool
     line_width: float  # pixels
     edge_color: Float32Array  # (4,) linear
+    lights: str  # "studio", "scene" or "viewer" of lamps.LIGHTINGS
 
 
 class Glow(NamedTuple):
@@ -58,6 +65,7 @@ class Surfaces(NamedTuple):
     glow: Glow | None  # of materials that send out light of their own or are not lit; None where there are none
     viewers: Float64Array  # (3, 3): towards the eye at pixel (0, 0), and its change a pixel to the right and down
     lights: Lights
+    lamps: Lamps | None  # the scene's own lights, where they take the place of those
     look: Look
 
 
@@ -74,6 +82,7 @@ def gather_surfaces(
         glow=gather_glow(scene),
         viewers=find_viewers(camera, size),
         lights=default_lights(camera.view, up),
+        lamps=gather_lamps(scene, camera, look.lights),
         look=look,
     )
 
@@ -148,10 +157,12 @@ def add_samples_kernel(numbers: Int32Array, colors: Float32Array, out: Float32Ar
             out[i, 3] += np.float32(1.0)
 
 
-def multiply_textures(scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array) -> None:
-    """Multiply the base colours by what the textures have there.
+def multiply_textures(
+    scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array, around: Float32Array | None
+) -> None:
+    """Multiply the base colours, and those of ambient light, by what the textures have there.
 
-    Shapes  numbers: (n,) int32; uv: (n, 2) float32, NaN where there are none; bases: (n, 4) float32.
+    Shapes  numbers: (n,) int32; uv: (n, 2) float32, NaN where there are none; bases: (n, 4), around: (n, 3) float32.
     """
     shown = np.where(numbers >= 0, draw.instance[numbers], -1)
     for k in np.unique(shown[shown >= 0]).tolist():
@@ -163,6 +174,8 @@ def multiply_textures(scene: Scene, draw: DrawList, numbers: Int32Array, uv: Flo
         wrap_u, wrap_v = (WRAPS.index(name) for name in texture.wrap)
         sample_texture(texture.image, uv[where], FILTERS.index(texture.filter), wrap_u, wrap_v, LINEAR_FROM_SRGB8, found)
         bases[where] *= found
+        if around is not None:
+            around[where] *= found[:, :3]
 
 
 def shade_rows(
@@ -202,14 +215,23 @@ def shade_rows(
         shown = np.zeros((count, 4), np.float32)
         interpolate_corners_kernel(numbers, weights, surfaces.colors, shown)
         bases *= shown
+    around = None if surfaces.lamps is None else find_around(surfaces.lamps, numbers, draw.instance, bases)
     if surfaces.uv is not None and surfaces.look.textures:
         uv = np.full((count, 2), np.nan, np.float32)
         interpolate_corners_kernel(numbers, weights, surfaces.uv, uv)
-        multiply_textures(scene, draw, numbers, uv, bases)
+        multiply_textures(scene, draw, numbers, uv, bases, around)
 
     # Light them, draw the edges over them, and add them up.
     unlit = None if surfaces.glow is None else bases.copy()
-    light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
+    if surfaces.lamps is not None and around is not None:
+        positions = np.zeros((count, 3))
+        interpolate_vertices_kernel(numbers, weights, draw.triangles, draw.positions, positions)
+        two_sided = int(surfaces.look.two_sided)
+        shine_kernel(
+            numbers, draw.instance, normals, positions, bases, around, towards, surfaces.lamps, two_sided, bases
+        )  # fmt: skip
+    else:
+        light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
     if surfaces.glow is not None and unlit is not None:
         add_glow(surfaces.glow, numbers, draw.instance, unlit, bases)
     if surfaces.look.edges:

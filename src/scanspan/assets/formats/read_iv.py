@@ -14,6 +14,7 @@ from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor.build import colors_at
 from scanspan.assets.inventor.cameras import camera_of
 from scanspan.assets.inventor.lettering import set_lines
+from scanspan.assets.inventor.lights import lights_of
 from scanspan.assets.inventor.state import State
 from scanspan.assets.inventor.traverse import Traverser, read_nodes
 from scanspan.assets.polygons import Polygons
@@ -31,6 +32,7 @@ def read_iv(file: ModelFile) -> list[Instance]:
             file.cameras.append(camera_of(node, transform))
         except InputError as error:
             node.note(f"{node.kind} is left out: {error}")
+    file.lights += lights_of(traverser.lights, traverser.builder.placed)
     return traverser.builder.instances
 
 

@@ -36,12 +36,13 @@ SHAPING = (
 
 
 class Placed(NamedTuple):
-    """What was in force where an instance was made: its node, the hints, and the numbers of the lights."""
+    """What was in force where an instance was made: its node, the hints, the lights, and the light from all round."""
 
     node: Node
     ordering: str
     is_solid: bool
     lights: tuple[int, ...]
+    ambient: tuple[float, float, float, float]
 
 
 class Builder:
@@ -184,7 +185,7 @@ class Builder:
             material = self.material(state, has_colors, state.texture if textured else None, is_lit)
             try:
                 self.instances.append(Instance(geometry, state.transform, material, node.name or state.name))
-                self.placed.append(Placed(node, state.ordering, state.is_solid, state.lights))
+                self.placed.append(Placed(node, state.ordering, state.is_solid, state.lights, state.around))
             except InputError as error:
                 node.note(f"{node.kind} is left out: {error}")
 
@@ -195,18 +196,27 @@ class Builder:
         base = tuple(color[0].tolist()) if not has_colors else (1.0, 1.0, 1.0, float(color[0, 3]))
         if texture is not None and state.replaces_color:
             base = (1.0, 1.0, 1.0, 1.0)
-        emissive = tuple(clip(state.emissive[0]).tolist()) if len(state.emissive) else (0.0, 0.0, 0.0)
         is_lit = is_lit and state.is_lit
-        key = (base, emissive, is_lit, id(texture))
+        emissive, ambient, specular = (first_color(values) for values in (state.emissive, state.ambient, state.specular))
+        shininess = float(clip(state.shininess[:1]).sum())
+        key = (base, emissive, ambient, specular, shininess, is_lit, id(texture))
         if key not in self.materials:
-            shown = emissive if any(emissive) and is_lit else None
-            self.materials[key] = Material("", base, texture, emissive_color=shown, is_lit=is_lit)
+            self.materials[key] = Material(
+                "", base, texture, emissive_color=emissive if any(emissive) and is_lit else None, is_lit=is_lit,
+                ambient_color=ambient, specular_color=specular if any(specular) else None, shininess=shininess,
+            )  # fmt: skip
         return self.materials[key]
 
 
 def clip(values: FloatArray) -> FloatArray:
     """Return values cut off at 0 and 1; what is no number is 0."""
     return np.asarray(np.clip(np.nan_to_num(values, nan=0.0), 0.0, 1.0))
+
+
+def first_color(colors: FloatArray) -> tuple[float, float, float]:
+    """Return the first of several colours, black where there is none."""
+    red, green, blue = clip(colors[0]).tolist() if len(colors) else (0.0, 0.0, 0.0)
+    return red, green, blue
 
 
 def colors_at(state: State, number: Indices, always: bool = False) -> FloatArray | None:

@@ -101,7 +101,7 @@ def _lights(traverser: Traverser) -> Iterator[str]:
     """Return the lights and how many shapes each reaches."""
     placed, lights = traverser.builder.placed, traverser.lights
     yield f"cameras: {len(traverser.cameras)}, lights: {len(lights)}"
-    for number, (node, _) in enumerate(lights):
+    for number, (node, *_) in enumerate(lights):
         reached = sum(number in one.lights for one in placed)
         state = "" if node.get("on") else ", switched off"
         hint = ""

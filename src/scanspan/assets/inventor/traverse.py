@@ -17,6 +17,7 @@ from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor import transforms
 from scanspan.assets.inventor.build import Builder
 from scanspan.assets.inventor.graph import MAX_DEPTH, Node, Source, open_source
+from scanspan.assets.inventor.lights import KINDS, MAX_SHINING, ambient_of
 from scanspan.assets.inventor.parse_binary import parse_binary
 from scanspan.assets.inventor.parse_text import parse_text
 from scanspan.assets.inventor.pictures import texture_of
@@ -32,11 +33,10 @@ NONE, INHERIT, ALL = -1, -2, -3  # of a Switch
 
 SEPARATORS = ("Separator", "Annotation", "LocateHighlight", "Selection", "WWWAnchor", "WWWInline")
 IGNORED = (
-    "Info", "Label", "PickStyle", "Environment", "PolygonOffset", "TransparencyType", "ColorIndex", "EventCallback", "Callback",
+    "Info", "Label", "PickStyle", "PolygonOffset", "TransparencyType", "ColorIndex", "EventCallback", "Callback",
     "Texture3Transform", "TextureCoordinate3", "ProfileCoordinate3", "NurbsProfile",
 )  # fmt: skip
 CAMERAS = ("PerspectiveCamera", "OrthographicCamera")
-LIGHTS = ("DirectionalLight", "PointLight", "SpotLight")
 
 Visit = Callable[["Traverser", Node, State], None]
 
@@ -63,7 +63,7 @@ class Traverser:
     Attributes
     ----------
     builder : collects the instances.
-    cameras, lights : nodes with the transformation in force there.
+    cameras : nodes with the transformation in force there. lights : likewise, and with the attenuation.
     texts : nodes of Text2 with the state in force there; their size depends on the whole scene.
     active : numbers of the nodes that are being visited, to find one that contains itself.
     """
@@ -72,7 +72,7 @@ class Traverser:
         self.file = file
         self.builder = Builder(file)
         self.cameras: list[tuple[Node, FloatArray]] = []
-        self.lights: list[tuple[Node, FloatArray]] = []
+        self.lights: list[tuple[Node, FloatArray, FloatArray]] = []
         self.texts: list[tuple[Node, State]] = []
         self.active: set[int] = set()
         self.visits = 0
@@ -326,8 +326,22 @@ def _camera(traverser: Traverser, node: Node, state: State) -> None:
 
 
 def _light(traverser: Traverser, node: Node, state: State) -> None:
+    """Let a light shine on what follows."""
+    if len(state.lights) == MAX_SHINING:
+        node.note(f"more than {MAX_SHINING} lights shine at once; the others are left out")
+        return
     state.lights = (*state.lights, len(traverser.lights))
-    traverser.lights.append((node, state.transform))
+    traverser.lights.append((node, state.transform, state.attenuation))
+
+
+def _environment(_: Traverser, node: Node, state: State) -> None:
+    """Put the light from all round in force, and how lights weaken with distance."""
+    if node.has("ambientColor") and node.has("ambientIntensity"):
+        state.around = ambient_of(node)
+    if node.has("attenuation"):
+        state.attenuation = node.get("attenuation")[::-1]
+    if node.get("fogType") != "NONE":
+        node.note("fog is not drawn")
 
 
 def _text(traverser: Traverser, node: Node, state: State) -> None:
@@ -340,7 +354,8 @@ ACTIONS: dict[str, Visit] = {
     **dict.fromkeys(transforms.MATRICES, lambda _, node, state: transforms.apply_transform(state, node)),
     **dict.fromkeys(IGNORED, lambda _, node, state: None),
     **dict.fromkeys(CAMERAS, _camera),
-    **dict.fromkeys(LIGHTS, _light),
+    **dict.fromkeys(KINDS, _light),
+    "Environment": _environment,
     "Text2": _text,
     "File": Traverser.visit_file,
     "WWWInline": Traverser.visit_file,
