@@ -10,6 +10,8 @@ import pytest
 import scanspan as ss
 from scanspan.assets.inventor.lights import MAX_SHINING
 from scanspan.assets.light import Light
+from scanspan.errors import InputError
+from scanspan.view.shot import Shot, check_index, make_camera
 from tests.inventor import scene_of
 
 
@@ -99,3 +101,17 @@ def test_too_many_lights_are_left_out_with_a_note(tmp_path: Path) -> None:
 
 def test_fog_is_said(tmp_path: Path) -> None:
     assert any("fog is not drawn" in note for note in scene_of(tmp_path, "Environment { fogType HAZE } Cube {}").notes)
+
+
+def test_a_camera_of_the_file_may_be_chosen(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, "PerspectiveCamera { position 0 0 8 } OrthographicCamera { position 1 2 3 } Cube {}")
+    for index, camera in enumerate(scene.cameras):
+        assert make_camera(scene, Shot(camera_index=index), (8, 6)) is camera
+    assert scene.cameras[1].eye.tolist() == [1, 2, 3]
+    with pytest.raises(InputError, match=r"^--camera-index = 2: the file has 2, counted from 0$"):
+        make_camera(scene, Shot(camera_index=2), (8, 6))
+    check_index(Shot(camera_index=1))
+    check_index(Shot("top"), ["iso"])
+    for shot in (Shot(np.ones(3), camera_index=1), Shot("top", camera_index=1), Shot(elevation=3.0, camera_index=0)):
+        with pytest.raises(InputError, match=r"^--camera-index chooses a camera of the file"):
+            check_index(shot)

@@ -111,7 +111,7 @@ def serve() -> None:
         if work:
             draw_canvases()
     else:
-        from scanspan.cli import read_scene, render_view
+        from scanspan.cli.rendering import read_scene, render_view
 
         with Reporter() as reporter:
             shot = work.shot._replace(direction=work.views[0]) if work.views else work.shot
