@@ -69,7 +69,9 @@ def plain_model(normal: Any, position: Any, viewer: Any, base: Any, lights: list
         turned = max(n @ way, 0.0)
         if turned > 0.0 and share > 0.0:
             half = (v + way) / np.linalg.norm(v + way)
-            total += color * share * (np.asarray(base) * turned + specular * max(n @ half, 0.0) ** round(material.shininess * 128))
+            total += (
+                color * share * (np.asarray(base) * turned + specular * max(n @ half, 0.0) ** round(material.shininess * 128))
+            )
     return np.minimum(total, 1.0)
 
 

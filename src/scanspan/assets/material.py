@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,6 +91,11 @@ class Texture:
     def size(self) -> tuple[int, int]:
         """Width and height in pixels."""
         return self.image.shape[1], self.image.shape[0]
+
+    @cached_property
+    def is_opaque(self) -> bool:
+        """Whether no pixel has an alpha below 1."""
+        return bool((self.image[..., 3] == 255).all())
 
     def __repr__(self) -> str:
         wraps = self.wrap[0] if self.wrap[0] == self.wrap[1] else f"{self.wrap[0]}/{self.wrap[1]}"

@@ -95,6 +95,7 @@ def render(
     line_width: options.LineWidth = 1.0,
     cull: options.Cull = "none",
     no_textures: options.NoTextures = False,
+    no_translucency: options.NoTranslucency = False,
     lights: options.Lights = "auto",
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
@@ -141,8 +142,8 @@ def render(
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
-        "textures": not no_textures, "lights": lights, "samples": samples, "algorithm": algorithm, "order": order,
-        "threads": threads, "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
+        "textures": not no_textures, "translucency": not no_translucency, "lights": lights, "samples": samples,
+        "algorithm": algorithm, "order": order, "threads": threads, "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,

@@ -2,7 +2,7 @@
 
 The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light (the studio's in
 light.py or the scene's own in lamps.py), edges. Visibility came first, so each sample is shaded once, whatever was hidden
-behind it. Surfaces are opaque; alpha of materials and textures is not blended.
+behind it; of translucent surfaces, once for each layer (target/peel.py).
 
 Source: the order of nvdiffrast (rasterize, interpolate, shade) and of deferred shading.
 """
@@ -18,7 +18,7 @@ from scanspan.assets.material import FILTERS, WRAPS
 from scanspan.assets.scene import Scene
 from scanspan.homogeneous import normal_matrix, transform_directions
 from scanspan.jit import kernel
-from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
+from scanspan.records import Array, BoolArray, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
 from scanspan.shade import surface
 from scanspan.shade.color import LINEAR_FROM_SRGB8, encode_srgb, linear_color
 from scanspan.shade.interpolate import (
@@ -45,6 +45,7 @@ class Look(NamedTuple):
     edges: bool
     line_width: float  # pixels
     edge_color: Float32Array  # (4,) linear
+    translucency: bool  # whether alpha is blended
     lights: str  # "studio", "scene" or "viewer" of lamps.LIGHTINGS
 
 
@@ -85,6 +86,13 @@ def gather_surfaces(
         lamps=gather_lamps(scene, camera, look.lights),
         look=look,
     )
+
+
+def are_translucent(scene: Scene, look: Look) -> BoolArray:
+    """Return which instances may have an alpha below 1, (instances,), none where alpha is not blended."""
+    if not look.translucency:
+        return np.zeros(len(scene.instances), dtype=bool)
+    return np.array([surface.is_translucent(instance, look.textures) for instance in scene.instances], dtype=bool)
 
 
 def gather_glow(scene: Scene) -> Glow | None:
@@ -157,6 +165,24 @@ def add_samples_kernel(numbers: Int32Array, colors: Float32Array, out: Float32Ar
             out[i, 3] += np.float32(1.0)
 
 
+@kernel
+def add_layer_kernel(numbers: Int32Array, colors: Float32Array, through: Float32Array, out: Float32Array) -> None:
+    """Add the colours of visible samples behind those that were added before, by their alpha.
+
+    Shapes  numbers: (n,) int32; colors: (n, 4), out: (n, 4) float32, premultiplied sums; through: (n,) float32, the share that
+            is still seen through what was added, overwritten.
+    """
+    one, zero = np.float32(1.0), np.float32(0.0)
+    for i in range(numbers.shape[0]):
+        if numbers[i] >= 0:
+            alpha = min(max(colors[i, 3], zero), one)
+            share = through[i] * alpha
+            for k in range(3):
+                out[i, k] += colors[i, k] * share
+            out[i, 3] += share
+            through[i] = through[i] * (one - alpha)
+
+
 def multiply_textures(
     scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array, around: Float32Array | None
 ) -> None:
@@ -180,7 +206,7 @@ def multiply_textures(
 
 def shade_rows(
     scene: Scene, draw: DrawList, screen: ScreenTriangles, surfaces: Surfaces, slots: Int32Array, offset: Array, bits: int,
-    y_start: int, out: Float32Array, blend: str = "linear",
+    y_start: int, out: Float32Array, blend: str = "linear", through: Float32Array | None = None,
 ) -> None:  # fmt: skip
     """Shade some rows at one sample position and add them up.
 
@@ -191,6 +217,8 @@ def shade_rows(
     y_start : the image row of the first of them.
     out : (h, W, 4) float32, premultiplied sums, added to.
     blend : "linear", or "srgb" to add up sRGB values.
+    through : (h, W) the share of the light that what lies nearer lets through, lowered by what is shaded here; None where
+        nothing is translucent.
     """
     height, width = slots.shape
     count = height * width
@@ -242,4 +270,7 @@ def shade_rows(
         )  # fmt: skip
     if blend == "srgb":
         bases[:, :3] = encode_srgb(bases[:, :3]) / np.float32(255)
-    add_samples_kernel(numbers, bases, out.reshape(-1, 4))
+    if through is None:
+        add_samples_kernel(numbers, bases, out.reshape(-1, 4))
+    else:
+        add_layer_kernel(numbers, bases, through.reshape(-1), out.reshape(-1, 4))

@@ -75,6 +75,7 @@ Edges = Annotated[bool, _look("-e", "--edges", help="Draw the edges of the faces
 LineWidth = Annotated[float, _look(metavar="PIXELS", help="Width of the edges.")]
 Cull = Annotated[str, _look(metavar="NAME", help="Leave out one side of the faces: none, back or front.")]
 NoTextures = Annotated[bool, _look("--no-textures", help="Leave the textures out.")]
+NoTranslucency = Annotated[bool, _look("--no-translucency", help="Draw what is translucent as if it were opaque.")]
 Lights = Annotated[
     str,
     _look(metavar="NAME", help="studio, scene (the file's), viewer (and one at the eye), or auto: viewer if it has some."),
