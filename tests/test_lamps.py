@@ -69,9 +69,8 @@ def plain_model(normal: Any, position: Any, viewer: Any, base: Any, lights: list
         turned = max(n @ way, 0.0)
         if turned > 0.0 and share > 0.0:
             half = (v + way) / np.linalg.norm(v + way)
-            total += (
-                color * share * (np.asarray(base) * turned + specular * max(n @ half, 0.0) ** round(material.shininess * 128))
-            )
+            shine = max(n @ half, 0.0) ** round(material.shininess * 128)
+            total += color * share * (np.asarray(base) * turned + specular * shine)
     return np.minimum(total, 1.0)
 
 

@@ -28,6 +28,8 @@ def read_iv(file: ModelFile) -> list[Instance]:
     """Return the shapes of an Inventor file, one instance for each place of each shape."""
     traverser = traverse(file)
     for node, transform in traverser.cameras:
+        if node.get("viewportMapping") != "ADJUST_CAMERA":
+            node.note(f"viewportMapping {node.get('viewportMapping')} is not applied: the camera fits the picture's height")
         try:
             file.cameras.append(camera_of(node, transform))
         except InputError as error:

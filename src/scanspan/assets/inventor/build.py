@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.inventor.clipping import Faces, clip_faces, clip_lines, clip_points, planes_of
 from scanspan.assets.inventor.corners import Corners
 from scanspan.assets.inventor.graph import Node
 from scanspan.assets.inventor.solids import Solid, make_cube
@@ -78,7 +79,8 @@ class Builder:
         """Return what decides about the geometry of a node."""
         values = (getattr(state, name) for name in SHAPING)
         words = (v if isinstance(v, (str, float, bool)) or v is None else id(v) for v in values)
-        return (id(node), state.texture is not None, *words)
+        place = (id(state.clip_planes), id(state.transform)) if state.clip_planes else ()
+        return (id(node), state.texture is not None, *place, *words)
 
     # Geometry
 
@@ -105,6 +107,12 @@ class Builder:
             return
         if state.complexity_type == "BOUNDING_BOX" or state.style != "FILLED":
             self._add_outline(node, state, points, vertex, counts, colors)
+            return
+        faces = Faces(points, vertex, counts, (normals, colors, uv))
+        for plane in planes_of(state):
+            faces = clip_faces(faces, plane)
+        points, vertex, counts, (normals, colors, uv) = faces
+        if not len(vertex):
             return
         self.file.check_faces(np.unique(counts).tolist())
         used, indices = np.unique(vertex, return_inverse=True)
@@ -141,6 +149,8 @@ class Builder:
 
     def add_lines(self, state: State, ends: FloatArray, colors: FloatArray | None) -> None:
         """Add segments by their ends (2 S, 3), with the colours of the ends."""
+        for plane in planes_of(state):
+            ends, colors = clip_lines(ends, colors, plane)
         if len(ends) and state.style not in ("POINTS", "INVISIBLE"):
             pairs = np.arange(len(ends)).reshape(-1, 2)
             width = state.line_width if np.isfinite(state.line_width) and state.line_width > 0.0 else 1.0
@@ -148,6 +158,8 @@ class Builder:
 
     def add_points(self, state: State, points: FloatArray, colors: FloatArray | None, size: float | None = None) -> None:
         """Add points, with their colours."""
+        for plane in planes_of(state):
+            points, colors = clip_points(points, colors, plane)
         if len(points) and state.style != "INVISIBLE":
             size = state.point_size if size is None else size
             size = size if np.isfinite(size) and size > 0.0 else 1.0

@@ -37,6 +37,7 @@ class State:
     normals : (n, 3). diffuse, emissive, ambient, specular : (n, 3) colours; transparency, shininess : (n,).
     uv : (n, 2) or None where they are to be made; plane : the two directions of a TextureCoordinatePlane.
     uv_transform : (3, 3) for columns, or None.
+    clip_planes : (4,) each, of the world.
     lights : numbers of the lights that shine.
     around : red, green, blue and intensity of the light from all round. attenuation : (3,) constant, linear, quadratic.
     name : of the nearest node that has one.
@@ -75,6 +76,7 @@ class State:
     profiles: tuple[NDArray[np.int64], ...] = ()
     units: float = 1.0  # metres
     which_child: int = -1
+    clip_planes: tuple[FloatArray, ...] = ()
     lights: tuple[int, ...] = ()
     around: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 0.2)
     attenuation: FloatArray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
