@@ -13,6 +13,7 @@ import numpy as np
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor.build import colors_at
 from scanspan.assets.inventor.cameras import camera_of
+from scanspan.assets.inventor.edges import note_open_solids
 from scanspan.assets.inventor.lettering import set_lines
 from scanspan.assets.inventor.lights import lights_of
 from scanspan.assets.inventor.state import State
@@ -34,6 +35,7 @@ def read_iv(file: ModelFile) -> list[Instance]:
             file.cameras.append(camera_of(node, transform))
         except InputError as error:
             node.note(f"{node.kind} is left out: {error}")
+    note_open_solids(traverser.builder)
     file.lights += lights_of(traverser.lights, traverser.builder.placed)
     return traverser.builder.instances
 

@@ -62,7 +62,7 @@ class Builder:
         self.placed: list[Placed] = []
         self.triangles = 0
         self.made: dict[tuple[Any, ...], tuple[State, Node, list[Geometry]]] = {}
-        self.materials: dict[tuple[Any, ...], Material] = {}
+        self.materials: dict[tuple[Any, ...], tuple[tuple[Any, ...], Material]] = {}
         self.current: list[Geometry] = []
 
     def recall(self, node: Node, state: State) -> list[Geometry] | None:
@@ -203,21 +203,27 @@ class Builder:
 
     def material(self, state: State, has_colors: bool, texture: Texture | None, is_lit: bool) -> Material:
         """Return the material in force, each made once."""
+        is_lit = is_lit and state.is_lit
+        arrays = (state.diffuse, state.transparency, state.emissive, state.ambient, state.specular, state.shininess)
+        key = (*map(id, arrays), has_colors, id(texture), state.replaces_color, is_lit)
+        if key not in self.materials:
+            # Keep the arrays, so that their numbers stay theirs.
+            self.materials[key] = arrays, self._make_material(state, has_colors, texture, is_lit)
+        return self.materials[key][1]
+
+    def _make_material(self, state: State, has_colors: bool, texture: Texture | None, is_lit: bool) -> Material:
+        """Return a new material."""
         color = colors_at(state, np.zeros(1, np.int64), always=True)
         assert color is not None
         base = tuple(color[0].tolist()) if not has_colors else (1.0, 1.0, 1.0, float(color[0, 3]))
         if texture is not None and state.replaces_color:
             base = (1.0, 1.0, 1.0, 1.0)
-        is_lit = is_lit and state.is_lit
         emissive, ambient, specular = (first_color(values) for values in (state.emissive, state.ambient, state.specular))
-        shininess = float(clip(state.shininess[:1]).sum())
-        key = (base, emissive, ambient, specular, shininess, is_lit, id(texture))
-        if key not in self.materials:
-            self.materials[key] = Material(
-                "", base, texture, emissive_color=emissive if any(emissive) and is_lit else None, is_lit=is_lit,
-                ambient_color=ambient, specular_color=specular if any(specular) else None, shininess=shininess,
-            )  # fmt: skip
-        return self.materials[key]
+        return Material(
+            "", base, texture, emissive_color=emissive if any(emissive) and is_lit else None, is_lit=is_lit,
+            ambient_color=ambient, specular_color=specular if any(specular) else None,
+            shininess=float(clip(state.shininess[:1]).sum()),
+        )  # fmt: skip
 
 
 def clip(values: FloatArray) -> FloatArray:
