@@ -98,11 +98,24 @@ def memory() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
 
 
+def compile_kernels(folder: Path) -> None:
+    """Draw and save a scene that needs every kernel which the others need, so that no file has to wait for the compiler."""
+    hole = ss.Polygons([[[(0, 0, 0), (4, 0, 0), (0, 4, 0)], [(1, 1, 0), (2, 1, 0), (1, 2, 0)]]], colors=(255, 0, 0, 99))
+    image = ss.Texture([[[0, 99, 200, 99]]])
+    cube = ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 1)], [(0, 1, 2)], attributes={"uv": [(0, 0), (1, 0), (0, 1)]})
+    shapes = [hole, ss.Instance(cube, material=ss.Material("", texture=image)), ss.Points([(0, 0, 1)], (9, 9, 9, 9))]
+    scene = ss.Scene([*shapes, ss.Segments([(0, 0, 1), (1, 1, 1)], [(0, 1)])], lights=[ss.Light("point", position=(3, 3, 3))])
+    for lights in ("studio", "scene"):
+        ss.render(scene, size=(24, 18), samples=1, threads=1, lights=lights)
+    ss.save(scene, folder / "a.iv")
+
+
 def run(folder: Path, seconds: float, seed: int) -> tuple[Counter[str], list[str]]:
     """Read damaged files for some time; return how often each result came, and what was at fault."""
     paths = sorted(path for path in folder.rglob("*.iv*") if path.is_file())
     draw, results, faults = random.Random(seed), Counter[str](), list[str]()
     kept = Path(tempfile.mkdtemp(prefix="fuzz_iv-"))
+    compile_kernels(kept)
     signal.signal(signal.SIGALRM, stop)
     end = time.monotonic() + seconds
     while time.monotonic() < end:

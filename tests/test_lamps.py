@@ -139,6 +139,15 @@ def test_a_light_from_the_front_gives_a_surface_its_own_colour() -> None:
     assert middle(ss.Scene(mesh, lights=[Light("ambient")]), lights="scene") == [51, 102, 153]
 
 
+def test_no_outline_is_black_where_a_light_at_the_eye_is_added() -> None:
+    scene = ss.Scene(two_squares([]).instances, lights=[Light("directional")])
+    assert min(middle(scene, lights="viewer")) > 60
+    dark = ss.Scene(scene.instances, lights=[Light("directional", direction=(0, 0, 1))])
+    tilted = ss.Camera.orthographic((5, 0, 0.05), (0, 0, 0), (0, 1, 0), height=2)
+    frame = ss.render(dark, tilted, (9, 9), samples=1, lights="viewer", background="black")
+    assert frame.color[frame.primitive >= 0][:, :3].min() > 20
+
+
 def test_textures_are_lit_and_the_ambient_colour_shows_them_too() -> None:
     texture = ss.Texture(np.full((1, 1, 3), 128, np.uint8))
     mesh = ss.Mesh(FLAT, FACES, attributes={"uv": np.zeros((4, 2))})

@@ -161,7 +161,7 @@ def render(
     translucency : whether what lies behind is seen through surfaces whose alpha is below 1; the fields of the Frame other than
         the colour tell of the nearest surface either way.
     lights : "studio" shows any shape well; "scene" lets the scene's own lights shine, and "viewer" those and one at the eye, as
-        viewers of Inventor do; "auto" is "viewer" where the scene has lights, else "studio".
+        viewers of Inventor do, and a little from all round; "auto" is "viewer" where the scene has lights, else "studio".
     edges, line_width, edge_color : whether the edges of faces are drawn over them, how wide in pixels, and in which colour.
     up : "+Y", "-Z", ...: the direction of the sky, and of a named view; the scene's own by default.
     blend : "linear", or "srgb" to average samples as tools without linear light do.

@@ -32,13 +32,16 @@ LIGHTINGS = {
     "auto": "viewer where the scene has lights, else studio",
     "studio": "lights that show the shape of anything, fixed to the camera",
     "scene": "the scene's lights alone",
-    "viewer": "the scene's lights, and the one at the eye that viewers of Inventor add",
+    "viewer": "the scene's lights, one at the eye as viewers of Inventor add it, and a little from all round",
 }
 
 # In axes of the camera, x right, y up, z towards the viewer: how the light at the eye of Inventor's viewers shines. There
 # it has an intensity of 1; half as much leaves room for the scene's own lights before white burns out.
 _HEADLIGHT_WAY = (0.2, -0.2, -0.9797958971)
 _HEADLIGHT = 0.5
+
+# Share of the base colour that is seen besides, so that no outline is black.
+_FILL = 0.06
 
 DIRECTIONAL, POINT, SPOT = 0, 1, 2
 _KINDS = {"directional": DIRECTIONAL, "point": POINT, "spot": SPOT}
@@ -56,6 +59,7 @@ class Lamps(NamedTuple):
     attenuation: Float64Array  # (L, 3) constant, linear, quadratic
     rim: Float64Array  # (L,) cosine of the angle from the axis of a cone to its rim
     drop_off: Int64Array  # (L,) exponent
+    fill: float  # share of the base colour that is seen without any light
     starts: Int64Array  # (N + 1,) instance n is reached by the lights of reached from starts[n] to before starts[n + 1]
     reached: Int64Array  # (K,) numbers of lights
     ambient: Float64Array  # (N, 3) light from all round, times the ambient colour of materials that have one
@@ -106,6 +110,7 @@ def gather_lamps(scene: Scene, camera: Camera, lighting: str) -> Lamps | None:
         attenuation=np.array([light.attenuation for light in shining]).reshape(-1, 3),
         rim=np.array([find_rim(light) for light in shining], np.float64),
         drop_off=np.array([light.drop_off for light in shining], np.int64),
+        fill=_FILL if lighting == "viewer" else 0.0,
         starts=np.searchsorted(instance[order], np.arange(count + 1)).astype(np.int64),
         reached=number[order],
         ambient=around,
@@ -185,7 +190,7 @@ def shine_kernel(
     kind, color, position, direction = lamps.kind, lamps.color, lamps.position, lamps.direction
     attenuation, rim, drop_off = lamps.attenuation, lamps.rim, lamps.drop_off
     starts, reached, ambient = lamps.starts, lamps.reached, lamps.ambient
-    specular, shininess = lamps.specular, lamps.shininess
+    specular, shininess, fill = lamps.specular, lamps.shininess, np.float64(lamps.fill)
     for start in range(0, len(normals), BLOCK):
         count = min(BLOCK, len(normals) - start)
 
@@ -204,7 +209,7 @@ def shine_kernel(
             vx, vy, vz = (
                 np.float64(lanes[3 * BLOCK + j]), np.float64(lanes[4 * BLOCK + j]), np.float64(lanes[5 * BLOCK + j])
             )  # fmt: skip
-            matte_r, matte_g, matte_b = np.float64(0.0), np.float64(0.0), np.float64(0.0)
+            matte_r, matte_g, matte_b = fill, fill, fill
             shine_r, shine_g, shine_b = np.float64(0.0), np.float64(0.0), np.float64(0.0)
             for entry in range(starts[n], starts[n + 1]):
                 # Find the way to the light, and what is left of it here.
