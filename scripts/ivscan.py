@@ -44,7 +44,7 @@ def main(folder: str) -> None:
         path = root / f"{name}.iv"
         session = ivscan.scan(ss.load(path), size, camera=direction, region=region)
         views = [ivscan.draw_view(session, view, listing_of(str(path))) for view in ivscan.VIEWS]
-        make_sheet(views).quantize(128, dither=Image.Dither.NONE).save(Path(folder) / f"{name}.png", optimize=True)
+        make_sheet(views).quantize(256, kmeans=3, dither=Image.Dither.NONE).save(Path(folder) / f"{name}.png", optimize=True)
         (Path(folder) / f"{name}.gif").write_bytes(ivscan.animate(session))
         print(name, *ivscan.describe_calls(session), sep="\n  ")
 

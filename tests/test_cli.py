@@ -303,6 +303,7 @@ BAD = {
     "render model.obj --views iso -o a.npz": "--views makes one picture: expected an --output that is none of arrays",
     "render model.obj --views iso,frnt": "--views: unknown direction 'frnt'; did you mean 'front'? The valid ones are: iso",
     "render model.obj --views iso --camera-position 1,1,1": "--views chooses where the eye stands: leave out ",
+    "render model.obj --camera-index 0": "--camera-index = 0: the file has no cameras",
     "render model.obj --views iso,top --size 1": "size = (1, 1): too small for 2 views",
     "render model.obj --bogus": "No such option: --bogus",
     "render model.obj more": "Got unexpected extra argument",

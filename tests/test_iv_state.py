@@ -214,7 +214,6 @@ def test_nesting_through_uses_ends(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("node", "note"),
     [
-        ("ClipPlane { }", "line 2: clipping planes are not applied"),
         ("Texture3 { }", "line 2: textures in space are not drawn"),
         ("MatrixTransform { matrix 1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1 }", "Cube is left out: transform[3] = (1.0, 0.0, 0.0, 1.0)"),
         ("Scale { scaleFactor 1e39 1 nan }", "expected a number"),

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scanspan.assets.inventor.write import whole_faces, write_iv
+from scanspan.assets.camera import Camera
+from scanspan.assets.inventor.write import whole_faces
+from scanspan.assets.light import Light
 from scanspan.assets.load import load
 from scanspan.assets.material import Material, Texture
 from scanspan.assets.mesh import Mesh
@@ -122,11 +124,6 @@ def test_faces_are_written_whole(faces: list[list[int]]) -> None:
 @pytest.mark.parametrize(
     ("scene", "path", "message"),
     [
-        (
-            Polygons([[[(0, 0), (9, 0), (9, 9)], [(5, 1), (6, 1), (6, 2)]]]),
-            "a.iv",
-            "instances[0]: polygon 0 has 2 rings; an Inventor",
-        ),
         (Points([(0, 0, 0)]), "a.obj", "unknown ending of a scene file 'obj'; the valid ones are: iv"),
         (Points([(0, 0, 0)]), "", "path: expected the name of a file, got an empty one"),
         (Points([(0, 0, 0)]), "no/such/folder.iv", "does not exist"),
@@ -139,10 +136,67 @@ def test_what_cannot_be_written(scene: Any, path: str, message: str, tmp_path: P
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_mirrored_texture_cannot_be_written() -> None:
-    mesh = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], attributes={"uv": [(0, 0), (1, 0), (0, 1)]})
-    with pytest.raises(InputError, match="a texture that is mirrored cannot be written to an Inventor file"):
-        write_iv(Scene(Instance(mesh, material=Material("", texture=Texture([[0]], wrap="mirror")))))
+def test_two_ambient_lights_on_one_shape_cannot_be_written(tmp_path: Path) -> None:
+    scene = Scene(Mesh(CORNERS[:3], [(0, 1, 2)]), lights=[Light("ambient"), Light("ambient", (1, 0, 0))])
+    with pytest.raises(InputError, match=r"^instances\[0\]: 2 ambient lights reach it; an Inventor file has one at a time$"):
+        save(scene, tmp_path / "a.iv")
+
+
+def test_polygons_with_holes_come_back_as_triangles(tmp_path: Path) -> None:
+    ring, hole = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)], [(1, 1, 0), (2, 1, 0), (2, 3, 0)]
+    across = [[(x, 2.0, y + 1.0 / 3.0) for x, y, _ in points] for points in (ring, hole)]
+    crossed = [[(8, 0, 0), (9, 0, 1), (9, 0, 0), (8, 0, 1)], [(8.1, 0, 0.4), (8.2, 0, 0.5), (8.1, 0, 0.6)]]
+    polygons = Polygons([[ring, hole], across, crossed], colors=[(255, 0, 0), (0, 255, 0), (0, 0, 255)])
+    scene = Scene([Instance(polygons), Instance(Polygons([[ring, hole]]), np.diag([1.0, -2.0, 1.0, 1.0]))])
+    found = again(scene, tmp_path)
+    mesh = mesh_in(found.instances[0])
+    assert {tuple(point) for rings in ([ring, hole], across) for one in rings for point in one} <= {
+        tuple(point) for point in mesh.positions.tolist()
+    }
+    corners = mesh.positions[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert abs(np.linalg.norm(normals, axis=1).sum() / 2 - (15 + 15 + 0.5 - 0.01)) < 1e-6
+    for direction in ("iso", "front", "top"):
+        ours, theirs = (render(one, direction, (80, 60), samples=1).color.astype(int) for one in (scene, found))
+        assert (np.abs(ours - theirs).max(axis=2) > 2).mean() < 0.003
+
+
+def test_a_mirrored_texture_is_written_with_its_mirror_image(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (3, 5, 3)).astype(np.uint8)
+    mesh = Mesh(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)],
+        attributes={"uv": [(-1.5, -1.5), (2.5, -1.5), (2.5, 2.5), (-1.5, 2.5)]},
+    )  # fmt: skip
+    for wrap in ("mirror", ("mirror", "repeat"), ("clamp", "mirror")):
+        scene = Scene(Instance(mesh, material=Material("", texture=Texture(pixels, wrap=wrap))))
+        found = again(scene, tmp_path)
+        ours, theirs = (render(one, "front", (80, 80), samples=1).color.astype(int) for one in (scene, found))
+        assert np.abs(ours - theirs).max() <= 1
+
+
+def test_lights_and_cameras_come_back(tmp_path: Path) -> None:
+    mesh = Mesh(CORNERS[:3], [(0, 1, 2)])
+    shiny = Material("", (0.5, 0.4, 0.3), ambient_color=(0.1, 0.2, 0.3), specular_color=(1, 1, 0), shininess=0.75)
+    place = {"position": (1, 2, 9), "attenuation": (1, 0.5, 0.25)}
+    lights = [
+        Light("ambient", (1, 1, 0), 0.3, instances=[1]), Light("directional", direction=(1, 2, -3)),
+        Light("spot", (1, 0.5, 0), 0.7, direction=(0, 0, -1), cutoff_angle=40, drop_off=3, instances=[0], **place),
+        Light("point", intensity=0.25, instances=[1], **place),
+    ]  # fmt: skip
+    cameras = [
+        Camera.look_at((5, 6, 7), (0, 0, 0), (0, 1, 0), fov=40),
+        Camera.orthographic((5, -6, 7), (0, 1, 0), (1, 0, 0), height=9),
+        Camera.from_opencv([(9, 0, 4), (0, 8, 3), (0, 0, 1)], np.eye(3), (0, 0, 3), (8, 6)),
+    ]
+    scene = Scene([Instance(mesh), Instance(mesh, material=shiny)], "+Z", lights=lights, cameras=cameras)
+    found = again(scene, tmp_path)
+    assert found.instances[1].material.specular_color == (1.0, 1.0, 0.0)
+    assert (found.instances[1].material.ambient_color, found.instances[1].material.shininess) == ((0.1, 0.2, 0.3), 0.75)
+    assert len(found.cameras) == 2
+    for camera in (0, 1):
+        ours, theirs = (render(one, one.cameras[camera], (60, 40)).color.astype(int) for one in (scene, found))
+        assert len(np.unique(ours.reshape(-1, 4), axis=0)) > 50
+        assert np.abs(ours - theirs).max() <= 1
 
 
 def test_odd_names_are_made_fit(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from scanspan.assets.camera import Camera
 from scanspan.errors import InputError
 from scanspan.shade.color import encode_srgb, linear_color
-from scanspan.shade.light import Lights, default_lights, light, weigh_lights
+from scanspan.shade.light import BLOCK, LANES, Lights, default_lights, light, turn_normals, weigh_lights
 
 Array = npt.NDArray[Any]
 
@@ -139,11 +139,12 @@ def test_the_kernels_do_the_same_uncompiled(rng: np.random.Generator) -> None:
     out = np.empty((40, 4), dtype=np.float32)
     light.py_func(normals, base, viewers, lights, 1, out)  # type: ignore[attr-defined]
     assert np.array_equal(out, lit(normals, base, viewers, lights))
-    lanes = np.zeros(6 * 256, dtype=np.float32)
-    lanes[: 3 * 256], lanes[3 * 256 :] = rng.normal(size=768), rng.normal(size=768)
+    lanes = rng.normal(size=LANES * BLOCK).astype(np.float32)
     slow = lanes.copy()
-    weigh_lights(lanes, lights, 1)
-    weigh_lights.py_func(slow, lights, 1)  # type: ignore[attr-defined]
+    turn_normals(lanes, 1)
+    weigh_lights(lanes, lights)
+    turn_normals.py_func(slow, 1)  # type: ignore[attr-defined]
+    weigh_lights.py_func(slow, lights)  # type: ignore[attr-defined]
     assert np.array_equal(lanes, slow)
 
 

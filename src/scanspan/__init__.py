@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scanspan import lectures as lectures
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
+    from scanspan.assets.light import Light as Light
     from scanspan.assets.load import load as load
     from scanspan.assets.material import Material as Material
     from scanspan.assets.material import Texture as Texture
@@ -62,6 +63,7 @@ _HOMES = {
     "Frame": "target.frame",
     "InputError": "errors",
     "Instance": "assets.scene",
+    "Light": "assets.light",
     "LimitError": "errors",
     "Material": "assets.material",
     "Mesh": "assets.mesh",

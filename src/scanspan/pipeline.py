@@ -30,9 +30,11 @@ from scanspan.raster.options import OffscreenPoint, check_flag, check_number, ch
 from scanspan.records import DrawList, ScreenPolygons, ScreenTriangles
 from scanspan.samples import sample_offsets
 from scanspan.shade.color import linear_color
-from scanspan.shade.shading import Look, gather_surfaces
+from scanspan.shade.lamps import check_lighting, choose_lighting
+from scanspan.shade.shading import Look, are_translucent, gather_surfaces
 from scanspan.shade.surface import check_shading
 from scanspan.target.frame import Frame
+from scanspan.target.peel import split
 from scanspan.target.picture import Picture, shade_picture, write_picture
 from scanspan.target.resolve import background as make_background
 from scanspan.target.sink import check_sink
@@ -71,6 +73,8 @@ def render(
     crease_angle: float = 40.0,
     two_sided: bool = True,
     textures: bool = True,
+    translucency: bool = True,
+    lights: str = "auto",
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
@@ -98,6 +102,8 @@ def render(
     crease_angle: float = 40.0,
     two_sided: bool = True,
     textures: bool = True,
+    translucency: bool = True,
+    lights: str = "auto",
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
@@ -124,6 +130,8 @@ def render(
     crease_angle: float = 40.0,
     two_sided: bool = True,
     textures: bool = True,
+    translucency: bool = True,
+    lights: str = "auto",
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
@@ -150,6 +158,10 @@ def render(
     crease_angle : degrees; faces that meet at less share a normal.
     two_sided : whether the back of a surface is lit like its front.
     textures : whether base-colour textures are shown.
+    translucency : whether what lies behind is seen through surfaces whose alpha is below 1; the fields of the Frame other than
+        the colour tell of the nearest surface either way.
+    lights : "studio" shows any shape well; "scene" lets the scene's own lights shine, and "viewer" those and one at the eye, as
+        viewers of Inventor do, and a little from all round; "auto" is "viewer" where the scene has lights, else "studio".
     edges, line_width, edge_color : whether the edges of faces are drawn over them, how wide in pixels, and in which colour.
     up : "+Y", "-Z", ...: the direction of the sky, and of a named view; the scene's own by default.
     blend : "linear", or "srgb" to average samples as tools without linear light do.
@@ -186,10 +198,13 @@ def render(
     behind = make_background(background, options.size, blend)
     angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
     sides, pictures, lines = check_flag("two_sided", two_sided), check_flag("textures", textures), check_flag("edges", edges)
-    look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color))
+    clear = check_flag("translucency", translucency)
+    check_lighting(lights)
 
-    # Assets: what is there, and from where it is seen.
+    # Assets: what is there, from where it is seen, and how it is to look.
     scene = as_scene(scene)
+    lighting = choose_lighting(lights, scene)
+    look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color), clear, lighting)
     sky = parse_up(scene.up if up is None else up)
     camera = as_camera(camera, scene, up, options.size)
 
@@ -199,7 +214,8 @@ def render(
 
     # Raster, shade and target, band by band where rows go to a file: find what each sample sees, add up its light, average.
     surfaces = gather_surfaces(scene, draw, camera, options.size, sky, look)
-    picture = Picture(scene, draw, screen, polygons, surfaces, offsets, options, behind, blend)
+    opaque, translucent = split(screen, polygons, draw, are_translucent(scene, look))
+    picture = Picture(scene, draw, screen, opaque, translucent, surfaces, offsets, options, behind, blend)
     if sink is not None:
         write_picture(picture, sink)
         return sink

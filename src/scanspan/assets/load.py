@@ -187,7 +187,8 @@ def _to_scene(kind: str, file: ModelFile) -> Scene:
     reader: Reader = getattr(import_module(f"scanspan.assets.formats.{module}"), function)
     try:
         instances = reader(file)
-        scene = Scene(instances, up=up, name=os.path.basename(file.path), notes=file.notes, cameras=file.cameras)
+        name = os.path.basename(file.path)
+        scene = Scene(instances, up=up, name=name, notes=file.notes, cameras=file.cameras, lights=file.lights)
     except (FormatError, LimitError):
         raise
     except InputError as error:

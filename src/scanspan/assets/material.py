@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array, in_layout
 from scanspan.errors import InputError, LimitError, unknown_name
+from scanspan.homogeneous import finite_number
 
 FILTERS = ("bilinear", "nearest")
 WRAPS = ("repeat", "clamp", "mirror")
@@ -90,6 +92,11 @@ class Texture:
         """Width and height in pixels."""
         return self.image.shape[1], self.image.shape[0]
 
+    @cached_property
+    def is_opaque(self) -> bool:
+        """Whether no pixel has an alpha below 1."""
+        return bool((self.image[..., 3] == 255).all())
+
     def __repr__(self) -> str:
         wraps = self.wrap[0] if self.wrap[0] == self.wrap[1] else f"{self.wrap[0]}/{self.wrap[1]}"
         return f"Texture({self.size[0]} x {self.size[1]}, {self.filter}, {wraps})"
@@ -131,6 +138,9 @@ class Material:
     double_sided : False where the file says that only the front is to be seen.
     emissive_color : (r, g, b), sRGB floats 0..1, that the surface adds to the light it sends back; None for none.
     is_lit : False for a surface that shows its base colour whatever the light.
+    ambient_color : (r, g, b), sRGB floats 0..1: what it sends back of a scene's ambient light; None for the base colour.
+    specular_color : (r, g, b), sRGB floats 0..1, of its highlight under a scene's own lights; None for none.
+    shininess : 0..1, how narrow that highlight is; 128 times as much is its exponent, rounded.
 
     Raises
     ------
@@ -148,16 +158,24 @@ class Material:
     double_sided: bool = True
     emissive_color: tuple[float, float, float] | None = None
     is_lit: bool = True
+    ambient_color: tuple[float, float, float] | None = None
+    specular_color: tuple[float, float, float] | None = None
+    shininess: float = 0.2
 
     def __post_init__(self) -> None:
         if self.base_color is not None:
-            object.__setattr__(self, "base_color", _as_base_color(self.base_color))
+            object.__setattr__(self, "base_color", as_base_color(self.base_color))
         if self.texture is not None and not isinstance(self.texture, Texture):
             raise InputError(f"texture: expected a Texture or None, got {type(self.texture).__name__}")
         if not isinstance(self.name, str):
             raise InputError(f"name: expected text, got {self.name!r}")
-        if self.emissive_color is not None:
-            object.__setattr__(self, "emissive_color", _as_base_color(self.emissive_color, "emissive_color")[:3])
+        for name in ("emissive_color", "ambient_color", "specular_color"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_base_color(getattr(self, name), name)[:3])
+        shininess = finite_number("shininess", self.shininess)
+        if not 0.0 <= shininess <= 1.0:
+            raise InputError(f"shininess = {self.shininess!r}: expected a number 0..1")
+        object.__setattr__(self, "shininess", shininess)
         object.__setattr__(self, "double_sided", bool(self.double_sided))
         object.__setattr__(self, "is_lit", bool(self.is_lit))
 
@@ -168,7 +186,7 @@ class Material:
         return WHITE if has_colors or self.texture is not None else CLAY
 
 
-def _as_base_color(value: ArrayLike, name: str = "base_color") -> tuple[float, float, float, float]:
+def as_base_color(value: ArrayLike, name: str = "base_color") -> tuple[float, float, float, float]:
     """Return a base colour as four floats 0..1."""
     values = as_array(value, name)
     if values.shape not in ((3,), (4,)) or values.dtype.kind == "b":

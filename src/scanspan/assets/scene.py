@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array
 from scanspan.assets.camera import Camera
+from scanspan.assets.light import Light
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -138,6 +139,7 @@ class Scene:
     name : any text, such as the file's name.
     notes : what a reader of a file could not do, one line each, such as a texture that was not found.
     cameras : those that a file has; `render` takes one of them only if it is given it.
+    lights : those that a file has; by default `render` lets them shine where there are any.
 
     Raises
     ------
@@ -155,6 +157,7 @@ class Scene:
     name: str = ""
     notes: tuple[str, ...] = field(default=())
     cameras: tuple[Camera, ...] = field(default=())
+    lights: tuple[Light, ...] = field(default=())
 
     def __init__(
         self,
@@ -163,6 +166,7 @@ class Scene:
         name: str = "",
         notes: Iterable[str] = (),
         cameras: Iterable[Camera] = (),
+        lights: Iterable[Light] = (),
     ) -> None:
         if up not in UPS:
             raise unknown_name("direction for up", up, UPS)
@@ -188,6 +192,13 @@ class Scene:
         for number, camera in enumerate(self.cameras):
             if not isinstance(camera, Camera):
                 raise InputError(f"cameras[{number}]: expected a Camera, got {type(camera).__name__}")
+        object.__setattr__(self, "lights", tuple(lights))
+        for number, light in enumerate(self.lights):
+            if not isinstance(light, Light):
+                raise InputError(f"lights[{number}]: expected a Light, got {type(light).__name__}")
+            if light.instances is not None and light.instances.size and light.instances[-1] >= len(listed):
+                last = int(light.instances[-1])
+                raise InputError(f"lights[{number}]: shines on instance {last}, there are {len(listed)}")
 
     @property
     def bounds(self) -> NDArray[np.float64]:

@@ -18,8 +18,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated
 
 import typer
 from typer.main import get_command
@@ -29,21 +28,14 @@ from scanspan.cli import study
 from scanspan.cli.draw import draw
 from scanspan.cli.ivscan import ivscan
 from scanspan.cli.lecture import lecture
+from scanspan.cli.rendering import STOPPED, Request, choose_output, given, run
 from scanspan.cli.warming import Helper, warm
-from scanspan.errors import InputError, ScanspanError, unknown_name
+from scanspan.errors import InputError, ScanspanError
 from scanspan.view import options
 from scanspan.view.reporter import Reporter, to_line
 
-if TYPE_CHECKING:
-    from scanspan.assets.camera import Camera
-    from scanspan.assets.scene import Instance, Scene
-    from scanspan.records import UInt8Array
-    from scanspan.target.frame import Frame
-    from scanspan.view.shot import Shot
-
 DEFAULT_SIZE = (1280, 960)
 INTERRUPTED = 130  # the exit code of a process that Ctrl-C ended
-_INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
@@ -57,22 +49,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
-class Request(NamedTuple):
-    """What `render` was asked for, as far as it can be checked before the model is read."""
-
-    model: str
-    output: str
-    size: tuple[int, int]
-    fields: list[str] | None  # of the frame, for .npz
-    views: list[str]
-    metadata: str | None
-    up: str | None
-    color: tuple[float, ...] | None
-    shot: Shot
-    look: dict[str, Any]  # for scanspan.render
-    limits: dict[str, Any]  # for scanspan.load
 
 
 @app.callback(invoke_without_command=True)
@@ -100,6 +76,7 @@ def render(
     aov: options.Aov = None,
     metadata: options.Metadata = None,
     up: options.Up = None,
+    camera_index: options.CameraIndex = None,
     direction: options.Direction = None,
     position: options.Position = None,
     focal_point: options.FocalPoint = None,
@@ -118,6 +95,8 @@ def render(
     line_width: options.LineWidth = 1.0,
     cull: options.Cull = "none",
     no_textures: options.NoTextures = False,
+    no_translucency: options.NoTranslucency = False,
+    lights: options.Lights = "auto",
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
     order: options.Order = "rows",
@@ -148,8 +127,10 @@ def render(
     shot = words.Shot(
         words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
         vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
+        camera_index,
     )  # fmt: skip
     names = words.parse_views(views)
+    words.check_index(shot, names)
     if names and (direction or position or focal_point):
         raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
     if no_background and background_color is not None:
@@ -161,8 +142,8 @@ def render(
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
-        "textures": not no_textures, "samples": samples, "algorithm": algorithm, "order": order, "threads": threads,
-        "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
+        "textures": not no_textures, "translucency": not no_translucency, "lights": lights, "samples": samples,
+        "algorithm": algorithm, "order": order, "threads": threads, "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
@@ -183,166 +164,6 @@ app.command()(study.algorithms)
 app.command()(draw)
 app.add_typer(lecture, name="lecture")
 app.command()(ivscan)
-
-
-def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
-    """Return where the picture goes; raise before any work is done when it cannot go there."""
-    from scanspan.target.image import image_format
-    from scanspan.view.shot import naming
-
-    target = output if output is not None else (Path(model).stem or "picture") + (".png" if aov is None else ".npz")
-    with naming("--output"):
-        ending = "png" if target == "-" else image_format(target)
-    if aov is not None and ending != "npz":
-        raise InputError(f"--aov writes arrays: expected an --output that ends in .npz, got {target!r}")
-    if views and ending == "npz":
-        raise InputError(f"--views makes one picture: expected an --output that is none of arrays, got {target!r}")
-    for option, path in (("--output", target), ("--json", metadata)):
-        if path is None or (path == "-" and option == "--output"):
-            continue
-        if path in ("", "-") or "\0" in path or os.path.isdir(path):
-            raise InputError(f"{option} = {path!r}: expected the name of a file")
-        if not (Path(path).parent).is_dir():
-            raise InputError(f"{option} = {path!r}: the folder {str(Path(path).parent)!r} does not exist")
-        if os.path.exists(path) and os.path.exists(model) and os.path.samefile(path, model):
-            raise InputError(f"{option} = {path!r}: is the model itself, which is not overwritten")
-    if metadata is not None and os.path.realpath(metadata) == os.path.realpath(target):
-        raise InputError(f"--json = {metadata!r}: is the --output too")
-    return target
-
-
-def run(request: Request, reporter: Reporter, helper: Helper) -> bytes | str:
-    """Render what was asked for, write it, and return what goes to standard output."""
-    reporter.stage(f"reading {request.model}")
-    scene = read_scene(request, reporter)
-    check_interrupt()
-    reporter.stage("starting the compiler")
-    reporter.await_kernels(lambda: helper.start(request))
-    from scanspan.pipeline import MAX_PIXELS, check_pixels, render
-    from scanspan.target.frame import FIELDS
-    from scanspan.target.image import encode_image, image_format, write_bytes
-    from scanspan.target.sink import ENDINGS
-    from scanspan.view.metadata import to_json
-    from scanspan.view.shot import make_camera
-
-    # Write rows as they are finished where nothing else is asked for: such a picture may be larger than memory.
-    check_fields(request.fields, FIELDS)
-    if request.output.lower().endswith(ENDINGS) and not request.views and request.metadata is None:
-        reporter.stage(f"rendering {request.model} into {request.output}")
-        render(scene, make_camera(scene, request.shot, request.size), request.size, out=request.output, **request.look)
-        return f"{request.output}\n"
-
-    # Make the picture, or the arrays, and the numbers beside them.
-    check_pixels(request.size, request.look.get("max_pixels", MAX_PIXELS))
-    content: Any
-    if request.views:
-        content, records = render_views(scene, request, reporter)
-    else:
-        frame, record = render_view(scene, request, request.shot, reporter, request.size)
-        records = [record]
-        if frame.coverage == 0:
-            reporter.note("nothing of the model is in the picture")
-        is_arrays = request.output.lower().endswith(".npz")
-        content = frame.fields(request.fields or FIELDS) if is_arrays else frame.color
-
-    # Write both, each of them whole or not at all; the picture's path is the result.
-    check_interrupt()
-    reporter.stage(f"writing {request.output}")
-    encoded = encode_image(content, "png" if request.output == "-" else image_format(request.output))
-    if request.output != "-":
-        write_bytes(request.output, encoded)
-    if request.metadata is not None:
-        write_bytes(request.metadata, to_json(records if request.views else records[0]).encode() + b"\n")
-    reporter.detail("done")
-    return encoded if request.output == "-" else f"{request.output}\n"
-
-
-def check_fields(names: list[str] | None, known: Sequence[str]) -> None:
-    """Raise for a name that is none of a frame's fields."""
-    for name in names or ():
-        if name not in known:
-            raise InputError(f"--aov: {unknown_name('field', name, known)}")
-
-
-def read_scene(request: Request, reporter: Reporter) -> Scene:
-    """Return the scene of a request, in its colour and with its up; tell what the reader could not do."""
-    from scanspan.assets.load import load
-    from scanspan.assets.scene import Scene
-
-    scene = load(request.model, **request.limits)
-    for note in scene.notes:
-        reporter.note(f"note: {request.model}: {note}")
-    reporter.detail(repr(scene))
-    if request.color is None and request.up is None:
-        return scene
-    instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
-    return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras)
-
-
-def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
-    """Return an instance in one colour, without texture and colours of its own."""
-    from scanspan.assets.material import Material
-    from scanspan.assets.mesh import Mesh
-    from scanspan.assets.scene import Instance
-    from scanspan.assets.shapes import Points, Segments
-
-    shape = instance.geometry
-    if isinstance(shape, Mesh):
-        attributes, corners = (
-            {name: values for name, values in known.items() if name != "color"} for known in (shape.attributes, shape.corners)
-        )
-        shape = Mesh(
-            shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
-            face_count=shape.face_count, nonfinite="drop", crease_angle=shape.crease_angle,
-        )  # fmt: skip
-    elif isinstance(shape, Segments):
-        shape = Segments(shape.positions, shape.segments, None, shape.width)
-    elif isinstance(shape, Points):
-        shape = Points(shape.positions, None, shape.size)
-    material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
-    return Instance(shape, instance.transform, material, instance.name)
-
-
-def render_view(
-    scene: Scene, request: Request, shot: Shot, reporter: Reporter, size: tuple[int, int], camera: Camera | None = None
-) -> tuple[Frame, dict[str, Any]]:
-    """Return one rendered view, and what is known of it when that was asked for."""
-    from scanspan.pipeline import render
-    from scanspan.view.metadata import describe_frame
-    from scanspan.view.shot import make_camera
-
-    reporter.stage(f"rendering {request.model}" + (f", {shot.direction}" if request.views else ""))
-    frame = render(scene, camera or make_camera(scene, shot, size), size, **request.look)
-    reporter.detail(f"{frame.counters}, {100 * frame.coverage:.1f} % covered")
-    if request.metadata is None:
-        return frame, {}
-    told = {name: request.look[name] for name in ("algorithm", "samples", "shading", "cull")}
-    files = {"scanspan": __version__, "model": request.model, "output": request.output}
-    return frame, files | describe_frame(frame) | {"options": told}
-
-
-def render_views(scene: Scene, request: Request, reporter: Reporter) -> tuple[UInt8Array, list[dict[str, Any]]]:
-    """Return the sheet of several views, and what is known of each."""
-    from scanspan.view.metadata import centre_of
-    from scanspan.view.sheet import compose, match_scales, plan
-    from scanspan.view.shot import make_camera
-
-    layout = plan(request.views, request.size)
-    shots = [request.shot._replace(direction=name) for name in request.views]
-    cameras = match_scales([make_camera(scene, shot, layout.cell, layout.margin) for shot in shots], centre_of(scene))
-    pictures, records = [], []
-    for shot, camera, (left, top) in zip(shots, cameras, layout.corners):
-        frame, record = render_view(scene, request, shot, reporter, layout.cell, camera)
-        pictures.append(frame.color)
-        region = [left, top, left + layout.cell[0], top + layout.cell[1]]
-        records.append({"name": shot.direction, "region": region} | record)
-    transparent = request.look.get("background") == "transparent"
-    return compose(pictures, request.views, layout, transparent=transparent), records
-
-
-def given(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that were given, so that the others keep the library's own defaults."""
-    return {name: value for name, value in options.items() if value is not None}
 
 
 @app.command()
@@ -380,7 +201,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Notes of the reader come with the scene; what it logs would say them twice.
     logging.getLogger("scanspan").addHandler(logging.NullHandler())
     words = list(sys.argv[1:] if arguments is None else arguments)
-    _INTERRUPTED.clear()
+    STOPPED.clear()
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, _interrupt)
     wants_trace = "--verbose" in words or os.environ.get("SCANSPAN_DEBUG", "") not in ("", "0")
@@ -405,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _end("error: this needs more memory than there is", 2)
     except Exception as error:
-        if _INTERRUPTED.is_set():
+        if STOPPED.is_set():
             return _end("interrupted", INTERRUPTED)
         if wants_trace:
             traceback.print_exc()
@@ -415,14 +236,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _interrupt(*_: object) -> None:
     """Remember Ctrl-C, and raise it; the imports of some libraries swallow what is raised in them."""
-    _INTERRUPTED.set()
+    STOPPED.set()
     raise KeyboardInterrupt
-
-
-def check_interrupt() -> None:
-    """Raise a Ctrl-C that was swallowed."""
-    if _INTERRUPTED.is_set():
-        raise KeyboardInterrupt
 
 
 def _to_option(name: re.Match[str]) -> str:

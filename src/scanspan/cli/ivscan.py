@@ -55,6 +55,7 @@ def ivscan(
     size: Size = None,
     region: Region = None,
     zoom: Zoom = None,
+    camera_index: options.CameraIndex = None,
     direction: options.Direction = None,
     up: options.Up = None,
     algorithm: Algorithm = "scanline-eval",
@@ -75,7 +76,8 @@ def ivscan(
 
     extent = words.parse_size(None, size, DEFAULT_SIZE)
     window = parse_region(region)
-    shot = words.Shot(words.parse_direction(direction))
+    shot = words.Shot(words.parse_direction(direction), camera_index=camera_index)
+    words.check_index(shot)
     if view is not None and view not in VIEWS:
         raise InputError(f"--view: {unknown_name('view', view, VIEWS)}")
     folder = Path(output if output is not None else Path(scene).name.split(".")[0] or "ivscan")
@@ -90,7 +92,8 @@ def ivscan(
         for note in model.notes:
             reporter.note(f"note: {scene}: {note}")
         axis = words.parse_axis(up)
-        model = model if axis is None else ss.Scene(model.instances, axis, model.name, model.notes)
+        if axis is not None:
+            model = ss.Scene(model.instances, axis, model.name, model.notes, model.cameras, model.lights)
         reporter.stage("recording the calls")
         reporter.await_kernels()
         session = program.scan(

@@ -117,7 +117,7 @@ def serve() -> None:
         if work:
             draw_canvases()
     else:
-        from scanspan.cli import read_scene, render_view
+        from scanspan.cli.rendering import read_scene, render_view
 
         with Reporter() as reporter:
             shot = work.shot._replace(direction=work.views[0]) if work.views else work.shot
@@ -129,7 +129,7 @@ def serve() -> None:
 def make_scene() -> tuple[Any, Any, Any]:
     """Return a scene that has it all, the box in it, and its corners.
 
-    A mesh that crosses the near plane, with a texture and colours, a mirrored one, segments and points.
+    A mesh that crosses the near plane, with a texture and colours, a mirrored one, segments and translucent points, and lights.
     """
     import numpy as np
 
@@ -142,9 +142,10 @@ def make_scene() -> tuple[Any, Any, Any]:
     material = ss.Material(texture=ss.Texture(np.full((2, 2, 3), 200, np.uint8)))
     instances = [
         ss.Instance(box, material=material), ss.Instance(box, np.diag([-0.5, 0.5, 0.5, 1.0])),
-        ss.Instance(ss.Segments(corners, [(0, 7), (1, 6)], [(255, 0, 0), (0, 0, 255)], 2.0)), ss.Instance(ss.Points(corners)),
+        ss.Instance(ss.Segments(corners, [(0, 7), (1, 6)], [(255, 0, 0), (0, 0, 255)], 2.0)),
+        ss.Instance(ss.Points(corners, (9, 9, 9, 9))),
     ]  # fmt: skip
-    return ss.Scene(instances), box, corners
+    return ss.Scene(instances, lights=[ss.Light("spot", position=(2, 2, 2), direction=(-1, -1, -1))]), box, corners
 
 
 def draw_scene() -> None:
@@ -154,7 +155,10 @@ def draw_scene() -> None:
     scene, box, _ = make_scene()
     inside = ss.Camera.look_at((0.9, 0.8, 0.7), (-1, -1, -1), near=0.5, far=9.0)
     for shading, cull, blend in (("auto", "none", "linear"), ("smooth", "back", "srgb"), ("flat", "front", "linear")):
-        frame = ss.render(scene, inside, (24, 16), shading=shading, cull=cull, blend=blend, edges=True, samples=2)
+        lights = "studio" if shading == "flat" else "viewer"
+        frame = ss.render(
+            scene, inside, (24, 16), shading=shading, cull=cull, blend=blend, lights=lights, edges=True, samples=2
+        )
         frame.fields(("color", "depth", "primitive", "object", "barycentric", "normal", "position", "uv"))
     ss.explain(frame, 12, 8)
     hole = ss.Polygons([[[(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)]]])

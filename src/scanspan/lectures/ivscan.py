@@ -90,7 +90,7 @@ def scan(
     >>> bool((replay(session.calls, session.behind) == session.frame.color).all())
     True
     """
-    frame = render(scene, camera, size, samples=1, background=BACKGROUND, algorithm=algorithm, order=order)
+    frame = render(scene, camera, size, samples=1, background=BACKGROUND, translucency=False, algorithm=algorithm, order=order)
     window = check_region(region, frame.size)
     longest = max(window[2] - window[0], window[3] - window[1])
     if zoom is None:

@@ -18,7 +18,7 @@ import numpy as np
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.raster.counters import EDGE_EVALUATIONS
 from scanspan.raster.setup import depth_at, keep_sample, set_up
-from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_pair
+from scanspan.raster.write import write_sample_hit, write_sample_key, write_sample_layer, write_sample_pair
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, TriangleSetup
 
 STRIDE = np.int64(32)  # samples; 16 to 64 measure alike
@@ -123,6 +123,14 @@ def half_space_pairs(
 ) -> None:
     """Half-space into (H, W, 2) pairs."""
     half_space(visit_rows, write_sample_pair, keep_sample, target, counters, triangles, first, last, sampling)
+
+
+@kernel
+def half_space_layers(
+    target: Int64Array, counters: Int64Array, triangles: ScreenTriangles, first: int, last: int, sampling: Sampling
+) -> None:
+    """Half-space into (H, W, 2) layers."""
+    half_space(visit_rows, write_sample_layer, keep_sample, target, counters, triangles, first, last, sampling)
 
 
 @kernel

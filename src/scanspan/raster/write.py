@@ -1,13 +1,14 @@
 """The only writers: one comparison, a verb for one sample of each kind of target, and a verb for a span.
 
 A traversal opens a row of its target as a slice and hands samples to its writer; it knows nothing of depth formats or counts.
-Four targets, each one array:
+Five targets, each one array:
 
 keys    (H, W) int64: depth as float32 in the upper half, mapped so that order is kept, and the complement of the triangle's
         number in the lower, so the nearest sample is the largest word. Writing is one maximum, without a branch.
 pairs   (H, W, 2) float64: depth unrounded, and the number.
 hits    (H, W) int32: how often each sample was covered; nothing hides anything.
 tallies (H, W, 4) int64: a key, and how often the sample was tested, was covered, and was written.
+layers  (H, W, 2) int64: a key, and the ceiling that it stays below, for what lies behind what was found before.
 
 Writers select and do not branch: a branch in the loop can cost ten times, because it stops the compiler from using vector
 instructions (docs/decisions/0001-the-seam.md).
@@ -68,6 +69,13 @@ def write_sample_key(row: Int64Array, q: int, inside: bool, depth: float, number
     """Write one sample of a row of keys."""
     key = pack_key(depth, number)
     row[q] = max(row[q], key if inside else EMPTY_KEY)
+
+
+@helper_kernel
+def write_sample_layer(row: Int64Array, q: int, inside: bool, depth: float, number: Integer) -> None:
+    """Write one sample of a row of layers."""
+    key = pack_key(depth, number)
+    row[q, 0] = max(row[q, 0], key if inside & (key < row[q, 1]) else EMPTY_KEY)
 
 
 @helper_kernel

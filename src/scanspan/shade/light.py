@@ -37,9 +37,9 @@ _GRAZING = -0.3
 # Where the light from above stands, in axes of the camera: left of it, above it, and a little nearer to it than the model.
 _KEY_PLACE = (-0.55, 0.80, 0.55)
 
-# Samples that are lit at a time, and the lanes of numbers for each: 6 KiB, in the first-level cache.
-_BLOCK = 256
-_LANES = 6
+# Samples that are lit at a time, and the lanes of numbers for each: 7 KiB, in the first-level cache.
+BLOCK = 256
+LANES = 7
 
 
 class Lights(NamedTuple):
@@ -110,29 +110,30 @@ def light(
     Cost    O(n), some nanoseconds a sample.
     Source: Lambert 1760, Blinn 1977.
     """
-    lanes = np.zeros(_LANES * _BLOCK, dtype=np.float32)
+    lanes = np.zeros(LANES * BLOCK, dtype=np.float32)
     step = np.int64(1 if len(viewers) > 1 else 0)
     sky_r, sky_g, sky_b = lights.sky[0], lights.sky[1], lights.sky[2]
     ground_r, ground_g, ground_b = lights.ground[0], lights.ground[1], lights.ground[2]
     head_r, head_g, head_b = lights.headlight[0], lights.headlight[1], lights.headlight[2]
     key_r, key_g, key_b = lights.key[0], lights.key[1], lights.key[2]
-    for start in range(0, len(normals), _BLOCK):
-        count = min(_BLOCK, len(normals) - start)
+    for start in range(0, len(normals), BLOCK):
+        count = min(BLOCK, len(normals) - start)
 
-        # Part the components of a block into lanes, and weigh the lights in all of them at once.
+        # Part the components of a block into lanes, turn the normals, and weigh the lights, in all of them at once.
         for j in range(count):
             lanes[j] = normals[start + j, 0]
-            lanes[_BLOCK + j] = normals[start + j, 1]
-            lanes[2 * _BLOCK + j] = normals[start + j, 2]
-            lanes[3 * _BLOCK + j] = viewers[(start + j) * step, 0]
-            lanes[4 * _BLOCK + j] = viewers[(start + j) * step, 1]
-            lanes[5 * _BLOCK + j] = viewers[(start + j) * step, 2]
-        weigh_lights(lanes, lights, two_sided)
+            lanes[BLOCK + j] = normals[start + j, 1]
+            lanes[2 * BLOCK + j] = normals[start + j, 2]
+            lanes[3 * BLOCK + j] = viewers[(start + j) * step, 0]
+            lanes[4 * BLOCK + j] = viewers[(start + j) * step, 1]
+            lanes[5 * BLOCK + j] = viewers[(start + j) * step, 2]
+        turn_normals(lanes, two_sided)
+        weigh_lights(lanes, lights)
 
         # Add up the light, colour by colour.
         for j in range(count):
             i = start + j
-            facing, sky, turned, shine = lanes[j], lanes[_BLOCK + j], lanes[2 * _BLOCK + j], lanes[3 * _BLOCK + j]
+            facing, sky, turned, shine = lanes[j], lanes[BLOCK + j], lanes[2 * BLOCK + j], lanes[3 * BLOCK + j]
             red = ground_r + (sky_r - ground_r) * sky + head_r * facing + key_r * turned
             green = ground_g + (sky_g - ground_g) * sky + head_g * facing + key_g * turned
             blue = ground_b + (sky_b - ground_b) * sky + head_b * facing + key_b * turned
@@ -143,26 +144,23 @@ def light(
 
 
 @kernel
-def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
-    """Compute how much of each light reaches the samples of a block.
+def turn_normals(lanes: Float32Array, two_sided: int) -> None:
+    """Bring the normals and the ways to the viewer of a block to length one, and turn the normals to the viewer.
 
-    Shapes  lanes: (6 x 256,) float32: the x, y, z of the normals and the x, y, z towards the viewer; the first four lanes are
-            overwritten with the shares of headlight, sky, light from above and highlight.
-    Units   shares 0..1.
+    Shapes  lanes: (7 x 256,) float32: the x, y, z of the normals and the x, y, z towards the viewer, overwritten; the last lane
+            is written with the cosine between them.
     Rule    as for `light`.
     Cost    one pass over the block, eight or sixteen samples at a time: one array with fixed offsets is what lets it vectorise.
     """
-    zero, half, one, tiny = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-30)
-    gloss, flipped = np.float32(lights.gloss), np.float32(-1.0 if two_sided != 0 else 1.0)
-    two, grazing = np.float32(2.0), np.float32(_GRAZING if two_sided != 0 else 0.0)
-    up_x, up_y, up_z = lights.up[0], lights.up[1], lights.up[2]
-    key_x, key_y, key_z = lights.key_direction[0], lights.key_direction[1], lights.key_direction[2]
-    for j in range(_BLOCK):
+    zero, one, tiny = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
+    flipped, two = np.float32(-1.0 if two_sided != 0 else 1.0), np.float32(2.0)
+    grazing = np.float32(_GRAZING if two_sided != 0 else 0.0)
+    for j in range(BLOCK):
         # Bring both directions to length one.
-        vx, vy, vz = lanes[3 * _BLOCK + j], lanes[4 * _BLOCK + j], lanes[5 * _BLOCK + j]
+        vx, vy, vz = lanes[3 * BLOCK + j], lanes[4 * BLOCK + j], lanes[5 * BLOCK + j]
         scale = one / np.sqrt(vx * vx + vy * vy + vz * vz + tiny)
         vx, vy, vz = vx * scale, vy * scale, vz * scale
-        nx, ny, nz = lanes[j], lanes[_BLOCK + j], lanes[2 * _BLOCK + j]
+        nx, ny, nz = lanes[j], lanes[BLOCK + j], lanes[2 * BLOCK + j]
         square = nx * nx + ny * ny + nz * nz
         usable = (square > tiny) & (square < np.float32(1e30))
         scale = one / np.sqrt(square if usable else one)
@@ -176,7 +174,27 @@ def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
         lean = facing if (facing < zero) & (facing > grazing) else zero
         nx, ny, nz, facing = nx - two * lean * vx, ny - two * lean * vy, nz - two * lean * vz, facing - two * lean
         flip = flipped if facing < zero else one
-        nx, ny, nz, facing = nx * flip, ny * flip, nz * flip, facing * flip
+        lanes[j], lanes[BLOCK + j], lanes[2 * BLOCK + j] = nx * flip, ny * flip, nz * flip
+        lanes[3 * BLOCK + j], lanes[4 * BLOCK + j], lanes[5 * BLOCK + j] = vx, vy, vz
+        lanes[6 * BLOCK + j] = facing * flip
+
+
+@kernel
+def weigh_lights(lanes: Float32Array, lights: Lights) -> None:
+    """Compute how much of each light reaches the samples of a block.
+
+    Shapes  lanes: (7 x 256,) float32 from turn_normals; the first four lanes are overwritten with the shares of headlight, sky,
+            light from above and highlight.
+    Units   shares 0..1.
+    Cost    one pass over the block, as turn_normals.
+    """
+    zero, half, tiny = np.float32(0.0), np.float32(0.5), np.float32(1e-30)
+    gloss = np.float32(lights.gloss)
+    up_x, up_y, up_z = lights.up[0], lights.up[1], lights.up[2]
+    key_x, key_y, key_z = lights.key_direction[0], lights.key_direction[1], lights.key_direction[2]
+    for j in range(BLOCK):
+        nx, ny, nz, facing = lanes[j], lanes[BLOCK + j], lanes[2 * BLOCK + j], lanes[6 * BLOCK + j]
+        vx, vy, vz = lanes[3 * BLOCK + j], lanes[4 * BLOCK + j], lanes[5 * BLOCK + j]
 
         # Measure how far the surface turns to the light from above, and to the half-way vector.
         turned = nx * key_x + ny * key_y + nz * key_z
@@ -192,6 +210,6 @@ def weigh_lights(lanes: Float32Array, lights: Lights, two_sided: int) -> None:
         shine = shine * shine
         shine = shine * shine
         lanes[j] = facing if facing > zero else zero
-        lanes[_BLOCK + j] = half + half * (nx * up_x + ny * up_y + nz * up_z)
-        lanes[2 * _BLOCK + j] = turned
-        lanes[3 * _BLOCK + j] = gloss * (shine * shine)
+        lanes[BLOCK + j] = half + half * (nx * up_x + ny * up_y + nz * up_z)
+        lanes[2 * BLOCK + j] = turned
+        lanes[3 * BLOCK + j] = gloss * (shine * shine)

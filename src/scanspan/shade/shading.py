@@ -1,8 +1,8 @@
 """Shading: the linear colour of every visible sample, a few rows at a time.
 
-The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light, edges. Visibility came
-first, so each sample is shaded once, whatever was hidden behind it. Surfaces are opaque; alpha of materials and textures is not
-blended.
+The stages follow each other over the rows as plain loops: weights, normals, base colour, texture, light (the studio's in
+light.py or the scene's own in lamps.py), edges. Visibility came first, so each sample is shaded once, whatever was hidden
+behind it; of translucent surfaces, once for each layer (target/peel.py).
 
 Source: the order of nvdiffrast (rasterize, interpolate, shade) and of deferred shading.
 """
@@ -18,10 +18,16 @@ from scanspan.assets.material import FILTERS, WRAPS
 from scanspan.assets.scene import Scene
 from scanspan.homogeneous import normal_matrix, transform_directions
 from scanspan.jit import kernel
-from scanspan.records import Array, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
+from scanspan.records import Array, BoolArray, DrawList, Float32Array, Float64Array, Int32Array, ScreenTriangles
 from scanspan.shade import surface
 from scanspan.shade.color import LINEAR_FROM_SRGB8, encode_srgb, linear_color
-from scanspan.shade.interpolate import barycentric_kernel, interpolate_corners_kernel, numbers_kernel
+from scanspan.shade.interpolate import (
+    barycentric_kernel,
+    interpolate_corners_kernel,
+    interpolate_vertices_kernel,
+    numbers_kernel,
+)
+from scanspan.shade.lamps import Lamps, find_around, gather_lamps, shine_kernel
 from scanspan.shade.light import Lights, default_lights, light
 from scanspan.shade.texture import sample_texture
 from scanspan.shade.wireframe import overlay_edges_kernel
@@ -39,6 +45,8 @@ class Look(NamedTuple):
     edges: bool
     line_width: float  # pixels
     edge_color: Float32Array  # (4,) linear
+    translucency: bool  # whether alpha is blended
+    lights: str  # "studio", "scene" or "viewer" of lamps.LIGHTINGS
 
 
 class Glow(NamedTuple):
@@ -58,6 +66,7 @@ class Surfaces(NamedTuple):
     glow: Glow | None  # of materials that send out light of their own or are not lit; None where there are none
     viewers: Float64Array  # (3, 3): towards the eye at pixel (0, 0), and its change a pixel to the right and down
     lights: Lights
+    lamps: Lamps | None  # the scene's own lights, where they take the place of those
     look: Look
 
 
@@ -74,8 +83,16 @@ def gather_surfaces(
         glow=gather_glow(scene),
         viewers=find_viewers(camera, size),
         lights=default_lights(camera.view, up),
+        lamps=gather_lamps(scene, camera, look.lights),
         look=look,
     )
+
+
+def are_translucent(scene: Scene, look: Look) -> BoolArray:
+    """Return which instances may have an alpha below 1, (instances,), none where alpha is not blended."""
+    if not look.translucency:
+        return np.zeros(len(scene.instances), dtype=bool)
+    return np.array([surface.is_translucent(instance, look.textures) for instance in scene.instances], dtype=bool)
 
 
 def gather_glow(scene: Scene) -> Glow | None:
@@ -148,10 +165,30 @@ def add_samples_kernel(numbers: Int32Array, colors: Float32Array, out: Float32Ar
             out[i, 3] += np.float32(1.0)
 
 
-def multiply_textures(scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array) -> None:
-    """Multiply the base colours by what the textures have there.
+@kernel
+def add_layer_kernel(numbers: Int32Array, colors: Float32Array, through: Float32Array, out: Float32Array) -> None:
+    """Add the colours of visible samples behind those that were added before, by their alpha.
 
-    Shapes  numbers: (n,) int32; uv: (n, 2) float32, NaN where there are none; bases: (n, 4) float32.
+    Shapes  numbers: (n,) int32; colors: (n, 4), out: (n, 4) float32, premultiplied sums; through: (n,) float32, the share that
+            is still seen through what was added, overwritten.
+    """
+    one, zero = np.float32(1.0), np.float32(0.0)
+    for i in range(numbers.shape[0]):
+        if numbers[i] >= 0:
+            alpha = min(max(colors[i, 3], zero), one)
+            share = through[i] * alpha
+            for k in range(3):
+                out[i, k] += colors[i, k] * share
+            out[i, 3] += share
+            through[i] = through[i] * (one - alpha)
+
+
+def multiply_textures(
+    scene: Scene, draw: DrawList, numbers: Int32Array, uv: Float32Array, bases: Float32Array, around: Float32Array | None
+) -> None:
+    """Multiply the base colours, and those of ambient light, by what the textures have there.
+
+    Shapes  numbers: (n,) int32; uv: (n, 2) float32, NaN where there are none; bases: (n, 4), around: (n, 3) float32.
     """
     shown = np.where(numbers >= 0, draw.instance[numbers], -1)
     for k in np.unique(shown[shown >= 0]).tolist():
@@ -163,11 +200,13 @@ def multiply_textures(scene: Scene, draw: DrawList, numbers: Int32Array, uv: Flo
         wrap_u, wrap_v = (WRAPS.index(name) for name in texture.wrap)
         sample_texture(texture.image, uv[where], FILTERS.index(texture.filter), wrap_u, wrap_v, LINEAR_FROM_SRGB8, found)
         bases[where] *= found
+        if around is not None:
+            around[where] *= found[:, :3]
 
 
 def shade_rows(
     scene: Scene, draw: DrawList, screen: ScreenTriangles, surfaces: Surfaces, slots: Int32Array, offset: Array, bits: int,
-    y_start: int, out: Float32Array, blend: str = "linear",
+    y_start: int, out: Float32Array, blend: str = "linear", through: Float32Array | None = None,
 ) -> None:  # fmt: skip
     """Shade some rows at one sample position and add them up.
 
@@ -178,6 +217,8 @@ def shade_rows(
     y_start : the image row of the first of them.
     out : (h, W, 4) float32, premultiplied sums, added to.
     blend : "linear", or "srgb" to add up sRGB values.
+    through : (h, W) the share of the light that what lies nearer lets through, lowered by what is shaded here; None where
+        nothing is translucent.
     """
     height, width = slots.shape
     count = height * width
@@ -202,14 +243,23 @@ def shade_rows(
         shown = np.zeros((count, 4), np.float32)
         interpolate_corners_kernel(numbers, weights, surfaces.colors, shown)
         bases *= shown
+    around = None if surfaces.lamps is None else find_around(surfaces.lamps, numbers, draw.instance, bases)
     if surfaces.uv is not None and surfaces.look.textures:
         uv = np.full((count, 2), np.nan, np.float32)
         interpolate_corners_kernel(numbers, weights, surfaces.uv, uv)
-        multiply_textures(scene, draw, numbers, uv, bases)
+        multiply_textures(scene, draw, numbers, uv, bases, around)
 
     # Light them, draw the edges over them, and add them up.
     unlit = None if surfaces.glow is None else bases.copy()
-    light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
+    if surfaces.lamps is not None and around is not None:
+        positions = np.zeros((count, 3))
+        interpolate_vertices_kernel(numbers, weights, draw.triangles, draw.positions, positions)
+        two_sided = int(surfaces.look.two_sided)
+        shine_kernel(
+            numbers, draw.instance, normals, positions, bases, around, towards, surfaces.lamps, two_sided, bases
+        )  # fmt: skip
+    else:
+        light(normals, bases, towards, surfaces.lights, int(surfaces.look.two_sided), bases)
     if surfaces.glow is not None and unlit is not None:
         add_glow(surfaces.glow, numbers, draw.instance, unlit, bases)
     if surfaces.look.edges:
@@ -220,4 +270,7 @@ def shade_rows(
         )  # fmt: skip
     if blend == "srgb":
         bases[:, :3] = encode_srgb(bases[:, :3]) / np.float32(255)
-    add_samples_kernel(numbers, bases, out.reshape(-1, 4))
+    if through is None:
+        add_samples_kernel(numbers, bases, out.reshape(-1, 4))
+    else:
+        add_layer_kernel(numbers, bases, through.reshape(-1), out.reshape(-1, 4))

@@ -100,6 +100,20 @@ def colors(scene: Scene, draw: DrawList) -> Float32Array | None:
     return out
 
 
+def is_translucent(instance: Instance, textures: bool) -> bool:
+    """Say whether an instance may have an alpha below 1: of its material, its texture or its own colours."""
+    material, geometry = instance.material, instance.geometry
+    if material.color_of(instance.has_colors)[3] < 1.0:
+        return True
+    is_mesh = isinstance(geometry, Mesh)
+    if textures and is_mesh and material.texture is not None and not material.texture.is_opaque:
+        return True
+    stored = per_corner(geometry, "color") if isinstance(geometry, Mesh) else geometry.colors
+    if stored is None or stored.shape[-1] < 4 or not stored.size:
+        return False
+    return bool(stored[..., 3].min() < (255 if stored.dtype == np.uint8 else 1.0))
+
+
 def corner_colors(instance: Instance, element: NDArray[np.int32]) -> Float32Array | None:
     """Return (T, 3, 4) linear colours at the corners of one instance's triangles, or None."""
     geometry = instance.geometry

@@ -137,6 +137,8 @@ def describe_scene(scene: Scene) -> Record:
             "triangles": scene.triangle_count,
             "primitives": scene.primitive_count,
         },
+        "cameras": len(scene.cameras),
+        "lights": [light.kind for light in scene.lights],
         "notes": list(scene.notes),
     }
 

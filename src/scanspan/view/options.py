@@ -42,6 +42,9 @@ Aov = Annotated[
 ]
 Metadata = Annotated[str | None, _output("--json", metavar="FILE", help="Camera matrices, counts, coverage and more, as JSON.")]
 Up = Annotated[str | None, _camera(metavar="AXIS", help="+X -X +Y -Y +Z or -Z is up. By default +Z for STL and 3MF, else +Y.")]
+CameraIndex = Annotated[
+    int | None, _camera("--camera-index", metavar="N", help="A camera of the file, counted from 0, in the place of all others.")
+]
 Direction = Annotated[
     str | None,
     _camera(
@@ -72,6 +75,11 @@ Edges = Annotated[bool, _look("-e", "--edges", help="Draw the edges of the faces
 LineWidth = Annotated[float, _look(metavar="PIXELS", help="Width of the edges.")]
 Cull = Annotated[str, _look(metavar="NAME", help="Leave out one side of the faces: none, back or front.")]
 NoTextures = Annotated[bool, _look("--no-textures", help="Leave the textures out.")]
+NoTranslucency = Annotated[bool, _look("--no-translucency", help="Draw what is translucent as if it were opaque.")]
+Lights = Annotated[
+    str,
+    _look(metavar="NAME", help="studio, scene (the file's), viewer (and one at the eye), or auto: viewer if it has some."),
+]
 Samples = Annotated[int, _look(metavar="N", help="Samples a pixel: 1, 2, 4, 8 or 16. More are smoother.")]
 Algorithm = Annotated[str, _limit(metavar="NAME", help="All paint the same picture; `scanspan info` lists them.")]
 Order = Annotated[str, _limit(metavar="NAME", help="rows, serpentine, tiles, morton or hilbert; the picture is the same.")]

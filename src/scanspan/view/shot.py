@@ -38,6 +38,7 @@ class Shot(NamedTuple):
     azimuth: float = 0.0  # degrees
     elevation: float = 0.0  # degrees
     is_orthographic: bool = False
+    camera_index: int | None = None  # of a camera that the scene has, which all else gives way to
 
 
 @contextmanager
@@ -167,7 +168,7 @@ def make_camera(scene: Scene, shot: Shot, size: tuple[int, int], margin: float =
 
     Raises
     ------
-    InputError : when a number is out of range, or the eye lies in what it looks at.
+    InputError : when a number is out of range, the scene has no such camera, or the eye lies in what it looks at.
 
     Examples
     --------
@@ -176,6 +177,8 @@ def make_camera(scene: Scene, shot: Shot, size: tuple[int, int], margin: float =
     >>> make_camera(scene, Shot(position=np.array([0, 0, 5]), focal_point=np.zeros(3)), (64, 48)).eye
     array([0., 0., 5.])
     """
+    if shot.camera_index is not None:
+        return camera_of(scene, shot.camera_index)
     sky = parse_up(scene.up)
     if shot.position is None and shot.focal_point is None:
         return _fit(scene, shot, size, sky, margin)
@@ -202,6 +205,28 @@ def make_camera(scene: Scene, shot: Shot, size: tuple[int, int], margin: float =
     if shot.is_orthographic:
         return Camera.orthographic(target + offset, target, upward, height=2.0 * distance * slope)
     return Camera.look_at(target + offset, target, upward, angle)
+
+
+def check_index(shot: Shot, views: Sequence[str] = ()) -> None:
+    """Raise an InputError where a camera of the file is chosen and something else says where the eye stands."""
+    if shot.camera_index is None:
+        return
+    if shot.camera_index < 0:
+        raise InputError(f"--camera-index = {shot.camera_index}: expected a number from 0 on")
+    if views:
+        raise InputError("--camera-index and --views do not go together")
+    for name, usual in Shot._field_defaults.items():
+        value = getattr(shot, name)
+        if name != "camera_index" and (isinstance(value, np.ndarray) or value != usual):
+            raise InputError("--camera-index chooses a camera of the file: leave out all other options of the camera but --up")
+
+
+def camera_of(scene: Scene, index: int) -> Camera:
+    """Return a camera that a scene has."""
+    if not index < len(scene.cameras):
+        there = f"has {len(scene.cameras)}, counted from 0" if scene.cameras else "has no cameras"
+        raise InputError(f"--camera-index = {index}: the file {there}")
+    return scene.cameras[index]
 
 
 def _fit(scene: Scene, shot: Shot, size: tuple[int, int], sky: Float64Array, margin: float) -> Camera:

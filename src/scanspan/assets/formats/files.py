@@ -136,7 +136,7 @@ class ModelFile:
     limits : what may be used up.
     nonfinite : "error" or "drop", as for Mesh.
     notes : what could not be done, one line each.
-    cameras : those that the file has, as Camera objects.
+    cameras : those that the file has, as Camera objects. lights : likewise, as Light objects.
     """
 
     path: str
@@ -146,6 +146,7 @@ class ModelFile:
     nonfinite: str
     notes: list[str] = field(default_factory=list)
     cameras: list[Any] = field(default_factory=list)
+    lights: list[Any] = field(default_factory=list)
 
     @property
     def stem(self) -> str:

@@ -21,9 +21,15 @@ FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "GIF", "TIFF", "PPM", "SGI")
 
 
 def decode_texture(
-    content: bytes, file: ModelFile, label: str, filter: str = "bilinear", wrap: tuple[str, str] = ("repeat", "repeat")
+    content: bytes,
+    file: ModelFile,
+    label: str,
+    filter: str = "bilinear",
+    wrap: tuple[str, str] = ("repeat", "repeat"),
+    *,
+    has_alpha: bool = True,
 ) -> Texture | None:
-    """Return the texture in a picture file's bytes, or None with a note why not."""
+    """Return the texture in a picture file's bytes, or None with a note why not; `has_alpha` says whether its alpha counts."""
     import PIL.Image
 
     with warnings.catch_warnings():
@@ -36,11 +42,16 @@ def decode_texture(
         except Exception as error:
             file.note(f"texture {label!r} was not read: {_first_line(error) or 'no picture'}")
             return None
-        return picture_to_texture(picture, file, label, filter, wrap)
+        return picture_to_texture(picture, file, label, filter, wrap, "RGBA" if has_alpha else "RGB")
 
 
 def picture_to_texture(
-    picture: Image, file: ModelFile, label: str, filter: str = "bilinear", wrap: tuple[str, str] = ("repeat", "repeat")
+    picture: Image,
+    file: ModelFile,
+    label: str,
+    filter: str = "bilinear",
+    wrap: tuple[str, str] = ("repeat", "repeat"),
+    channels: str = "RGBA",
 ) -> Texture | None:
     """Return a texture from a picture that Pillow has opened and not yet unpacked, or None with a note why not."""
     width, height = picture.size
@@ -54,7 +65,7 @@ def picture_to_texture(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            pixels = np.array(picture.convert("RGBA"))
+            pixels = np.array(picture.convert(channels))
         except Exception as error:
             file.note(f"texture {label!r} was not read: {_first_line(error)}")
             return None

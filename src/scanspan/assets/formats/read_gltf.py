@@ -199,7 +199,8 @@ def _mesh(geometry: Any, tree: Tree, mesh: int, primitive: int, file: ModelFile)
     normal = raw.get("NORMAL")
     if normal is not None and normal.ndim == 2 and normal.shape[1] == 3:
         attributes["normal"] = normal
-    rough = tree["materials"][spec["material"]].get("pbrMetallicRoughness", {}) if "material" in spec else {}
+    material = tree["materials"][spec["material"]] if "material" in spec else {}
+    rough = material.get("pbrMetallicRoughness", {})
     uv = raw.get(f"TEXCOORD_{(rough.get('baseColorTexture') or {}).get('texCoord', 0)}")
     if uv is not None and uv.ndim == 2 and uv.shape[1] == 2:
         attributes["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
@@ -207,6 +208,8 @@ def _mesh(geometry: Any, tree: Tree, mesh: int, primitive: int, file: ModelFile)
     if color is not None and color.ndim == 2 and color.shape[1] in (3, 4) and np.isfinite(color).all():
         encoded = np.clip(color, 0.0, 1.0)
         encoded[:, :3] = linear_to_srgb(encoded[:, :3])
+        if material.get("alphaMode") != "BLEND" and encoded.shape[1] == 4:
+            encoded[:, 3] = 1.0
         attributes["color"] = encoded.astype(np.float32)
     faces = np.asarray(geometry.faces, dtype=np.int64)
     return Mesh(raw["POSITION"], faces, attributes=attributes, nonfinite=file.nonfinite)

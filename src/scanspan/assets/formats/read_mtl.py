@@ -56,8 +56,11 @@ def _material(name: str, values: dict[str, Any], textures: dict[str, Texture | N
     # Let a texture keep its own colours where the diffuse colour is black, which some exporters write.
     if color is None or (texture is not None and not any(color)):
         color = [1.0, 1.0, 1.0]
-    opacity = _numbers(values.get("d"), 1) or [1.0]
-    return Material(name, (color[0], color[1], color[2], opacity[0]), texture)
+    (opacity,) = _numbers(values.get("d"), 1) or [1.0]
+    if opacity == 0.0:
+        file.note(f"material {name[:80]!r} has d 0, which would show nothing; it is drawn opaque")
+        opacity = 1.0
+    return Material(name, (color[0], color[1], color[2], opacity), texture)
 
 
 def _numbers(value: Any, count: int) -> list[float] | None:
@@ -86,4 +89,4 @@ def _texture(text: str, file: ModelFile) -> Texture | None:
             most -= 1
     name = text if not text.startswith("-") else " ".join(words)
     content = file.beside(name, "texture")
-    return None if content is None else decode_texture(content, file, name, wrap=(wrap, wrap))
+    return None if content is None else decode_texture(content, file, name, wrap=(wrap, wrap), has_alpha=False)

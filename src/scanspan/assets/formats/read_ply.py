@@ -78,6 +78,9 @@ def _color(columns: dict[str, NDArray[Any]], file: ModelFile) -> NDArray[Any] | 
         if not all(name in columns for name in names[:3]):
             continue
         chosen = [columns.pop(name) for name in names if name in columns]
+        if len(chosen) == 4 and not chosen[3].any():
+            file.note("alpha is 0 everywhere, which would show nothing; it is left out")
+            chosen.pop()
         if all(values.dtype == np.uint8 for values in chosen):
             return np.stack(chosen, axis=1)
         highest = [np.iinfo(v.dtype).max if v.dtype.kind in "iu" else 1.0 for v in chosen]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scanspan.assets.formats.files import ModelFile
+from scanspan.assets.inventor.clipping import Faces, clip_faces, clip_lines, clip_points, planes_of
 from scanspan.assets.inventor.corners import Corners
 from scanspan.assets.inventor.graph import Node
 from scanspan.assets.inventor.solids import Solid, make_cube
@@ -36,12 +37,13 @@ SHAPING = (
 
 
 class Placed(NamedTuple):
-    """What was in force where an instance was made: its node, the hints, and the numbers of the lights."""
+    """What was in force where an instance was made: its node, the hints, the lights, and the light from all round."""
 
     node: Node
     ordering: str
     is_solid: bool
     lights: tuple[int, ...]
+    ambient: tuple[float, float, float, float]
 
 
 class Builder:
@@ -60,7 +62,7 @@ class Builder:
         self.placed: list[Placed] = []
         self.triangles = 0
         self.made: dict[tuple[Any, ...], tuple[State, Node, list[Geometry]]] = {}
-        self.materials: dict[tuple[Any, ...], Material] = {}
+        self.materials: dict[tuple[Any, ...], tuple[tuple[Any, ...], Material]] = {}
         self.current: list[Geometry] = []
 
     def recall(self, node: Node, state: State) -> list[Geometry] | None:
@@ -77,7 +79,8 @@ class Builder:
         """Return what decides about the geometry of a node."""
         values = (getattr(state, name) for name in SHAPING)
         words = (v if isinstance(v, (str, float, bool)) or v is None else id(v) for v in values)
-        return (id(node), state.texture is not None, *words)
+        place = (id(state.clip_planes), id(state.transform)) if state.clip_planes else ()
+        return (id(node), state.texture is not None, *place, *words)
 
     # Geometry
 
@@ -104,6 +107,12 @@ class Builder:
             return
         if state.complexity_type == "BOUNDING_BOX" or state.style != "FILLED":
             self._add_outline(node, state, points, vertex, counts, colors)
+            return
+        faces = Faces(points, vertex, counts, (normals, colors, uv))
+        for plane in planes_of(state):
+            faces = clip_faces(faces, plane)
+        points, vertex, counts, (normals, colors, uv) = faces
+        if not len(vertex):
             return
         self.file.check_faces(np.unique(counts).tolist())
         used, indices = np.unique(vertex, return_inverse=True)
@@ -140,6 +149,8 @@ class Builder:
 
     def add_lines(self, state: State, ends: FloatArray, colors: FloatArray | None) -> None:
         """Add segments by their ends (2 S, 3), with the colours of the ends."""
+        for plane in planes_of(state):
+            ends, colors = clip_lines(ends, colors, plane)
         if len(ends) and state.style not in ("POINTS", "INVISIBLE"):
             pairs = np.arange(len(ends)).reshape(-1, 2)
             width = state.line_width if np.isfinite(state.line_width) and state.line_width > 0.0 else 1.0
@@ -147,6 +158,8 @@ class Builder:
 
     def add_points(self, state: State, points: FloatArray, colors: FloatArray | None, size: float | None = None) -> None:
         """Add points, with their colours."""
+        for plane in planes_of(state):
+            points, colors = clip_points(points, colors, plane)
         if len(points) and state.style != "INVISIBLE":
             size = state.point_size if size is None else size
             size = size if np.isfinite(size) and size > 0.0 else 1.0
@@ -184,29 +197,44 @@ class Builder:
             material = self.material(state, has_colors, state.texture if textured else None, is_lit)
             try:
                 self.instances.append(Instance(geometry, state.transform, material, node.name or state.name))
-                self.placed.append(Placed(node, state.ordering, state.is_solid, state.lights))
+                self.placed.append(Placed(node, state.ordering, state.is_solid, state.lights, state.around))
             except InputError as error:
                 node.note(f"{node.kind} is left out: {error}")
 
     def material(self, state: State, has_colors: bool, texture: Texture | None, is_lit: bool) -> Material:
         """Return the material in force, each made once."""
+        is_lit = is_lit and state.is_lit
+        arrays = (state.diffuse, state.transparency, state.emissive, state.ambient, state.specular, state.shininess)
+        key = (*map(id, arrays), has_colors, id(texture), state.replaces_color, is_lit)
+        if key not in self.materials:
+            # Keep the arrays, so that their numbers stay theirs.
+            self.materials[key] = arrays, self._make_material(state, has_colors, texture, is_lit)
+        return self.materials[key][1]
+
+    def _make_material(self, state: State, has_colors: bool, texture: Texture | None, is_lit: bool) -> Material:
+        """Return a new material."""
         color = colors_at(state, np.zeros(1, np.int64), always=True)
         assert color is not None
         base = tuple(color[0].tolist()) if not has_colors else (1.0, 1.0, 1.0, float(color[0, 3]))
         if texture is not None and state.replaces_color:
             base = (1.0, 1.0, 1.0, 1.0)
-        emissive = tuple(clip(state.emissive[0]).tolist()) if len(state.emissive) else (0.0, 0.0, 0.0)
-        is_lit = is_lit and state.is_lit
-        key = (base, emissive, is_lit, id(texture))
-        if key not in self.materials:
-            shown = emissive if any(emissive) and is_lit else None
-            self.materials[key] = Material("", base, texture, emissive_color=shown, is_lit=is_lit)
-        return self.materials[key]
+        emissive, ambient, specular = (first_color(values) for values in (state.emissive, state.ambient, state.specular))
+        return Material(
+            "", base, texture, emissive_color=emissive if any(emissive) and is_lit else None, is_lit=is_lit,
+            ambient_color=ambient, specular_color=specular if any(specular) else None,
+            shininess=float(clip(state.shininess[:1]).sum()),
+        )  # fmt: skip
 
 
 def clip(values: FloatArray) -> FloatArray:
     """Return values cut off at 0 and 1; what is no number is 0."""
     return np.asarray(np.clip(np.nan_to_num(values, nan=0.0), 0.0, 1.0))
+
+
+def first_color(colors: FloatArray) -> tuple[float, float, float]:
+    """Return the first of several colours, black where there is none."""
+    red, green, blue = clip(colors[0]).tolist() if len(colors) else (0.0, 0.0, 0.0)
+    return red, green, blue
 
 
 def colors_at(state: State, number: Indices, always: bool = False) -> FloatArray | None:

@@ -17,6 +17,7 @@ import numpy as np
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.formats.read_iv import traverse
 from scanspan.assets.inventor.build import Placed
+from scanspan.assets.inventor.edges import MISTURNED, edge_counts
 from scanspan.assets.inventor.graph import Node
 from scanspan.assets.inventor.traverse import Traverser, read_nodes
 from scanspan.assets.load import open_model
@@ -27,7 +28,6 @@ MANY_TRIANGLES = 100_000
 MANY_LIGHTS = 8  # as many as OpenGL promised, and so as many as Inventor shows
 MAX_DEPTH = 12  # of the listing
 SHOWN = 8  # names or nodes of one kind in a line
-MISTURNED = 0.02  # share of the edges that two faces run through the same way, from which on it is said
 
 
 def report_of(path: str, file_type: str | None = None) -> list[str]:
@@ -101,7 +101,7 @@ def _lights(traverser: Traverser) -> Iterator[str]:
     """Return the lights and how many shapes each reaches."""
     placed, lights = traverser.builder.placed, traverser.lights
     yield f"cameras: {len(traverser.cameras)}, lights: {len(lights)}"
-    for number, (node, _) in enumerate(lights):
+    for number, (node, *_) in enumerate(lights):
         reached = sum(number in one.lights for one in placed)
         state = "" if node.get("on") else ", switched off"
         hint = ""
@@ -125,7 +125,7 @@ def _surface(instance: Instance, placed: Placed) -> Iterator[str]:
     if not isinstance(mesh, Mesh) or not len(mesh.triangles):
         return
     where = f"{name} at {placed.node.place_text()}"
-    same, open_edges, edges = _edge_counts(mesh)
+    same, open_edges, edges = edge_counts(mesh)
     if same > MISTURNED * edges:
         yield f"ordering: {where}: neighbours turn both ways along {same:,} of {edges:,} edges"
     if placed.is_solid and open_edges > MISTURNED * edges:
@@ -143,20 +143,3 @@ def _surface(instance: Instance, placed: Placed) -> Iterator[str]:
     odd = int((np.abs(length - 1.0) > 0.01).sum())
     if odd:
         yield f"normals: {where}: {odd:,} of {length.size:,} are not of length 1"
-
-
-def _edge_counts(mesh: Mesh) -> tuple[int, int, int]:
-    """Return how many edges two triangles run through the same way, how many have one triangle only, and how many there are.
-
-    Corners at the same place are one.
-    """
-    _, place = np.unique(mesh.positions, axis=0, return_inverse=True)
-    vertex = place.reshape(-1)[mesh.triangles]
-    pairs = np.concatenate([vertex[:, [0, 1]], vertex[:, [1, 2]], vertex[:, [2, 0]]])
-    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-    key = pairs.min(axis=1) * (int(vertex.max()) + 1) + pairs.max(axis=1)
-    forward = pairs[:, 0] < pairs[:, 1]
-    _, number, uses = np.unique(key, return_inverse=True, return_counts=True)
-    ways = np.bincount(number.reshape(-1), weights=forward, minlength=len(uses))
-    same = int(((uses == 2) & (ways != 1)).sum())
-    return same, int((uses == 1).sum()), len(uses)

@@ -245,6 +245,12 @@ def draw_text3(builder: Builder, node: Node, state: State) -> None:
     parts = node.get("parts") if node.kind == "Text3" else ("FRONT",)
     parts = parts or ("FRONT",)
     depth = float(state.profile[:, 0].max(initial=0.0)) if state.profiles else 1.0
+    if state.profiles and len(state.profile) and (state.profile[:, 1] != state.profile[0, 1]).any():
+        builder.file.note("the profile of Text3 gives its depth alone: its sides are straight, without bevel")
+    if node.kind == "AsciiText" and (node.get("width") > 0.0).any():
+        builder.file.note("the width of AsciiText is not applied: lines are as long as their letters")
+    if state.clip_planes:
+        node.note(f"clipping planes cut the sides of {node.kind} alone, not its front and back")
 
     def at(z: float, step: int) -> list[list[FloatArray]]:
         return [[np.pad(ring, ((0, 0), (0, 1)), constant_values=z)[::step] for ring in rings] for rings in letters]

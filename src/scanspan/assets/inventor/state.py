@@ -34,10 +34,12 @@ class State:
     ----------
     transform : (4, 4) to the world, for columns.
     points : (n, 3) coordinates; weights (n,) where they came with four, else None.
-    normals : (n, 3). diffuse, emissive : (n, 3) colours; transparency : (n,).
+    normals : (n, 3). diffuse, emissive, ambient, specular : (n, 3) colours; transparency, shininess : (n,).
     uv : (n, 2) or None where they are to be made; plane : the two directions of a TextureCoordinatePlane.
     uv_transform : (3, 3) for columns, or None.
+    clip_planes : (4,) each, of the world.
     lights : numbers of the lights that shine.
+    around : red, green, blue and intensity of the light from all round. attenuation : (3,) constant, linear, quadratic.
     name : of the nearest node that has one.
     depth : how many nodes lie above.
     """
@@ -49,6 +51,9 @@ class State:
     normal_binding: str = "PER_VERTEX_INDEXED"
     diffuse: FloatArray = field(default_factory=lambda: np.full((1, 3), 0.8))
     emissive: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    ambient: FloatArray = field(default_factory=lambda: np.full((1, 3), 0.2))
+    specular: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
+    shininess: FloatArray = field(default_factory=lambda: np.full(1, 0.2))
     transparency: FloatArray = field(default_factory=lambda: np.zeros(1))
     material_binding: str = "OVERALL"
     is_lit: bool = True
@@ -71,7 +76,10 @@ class State:
     profiles: tuple[NDArray[np.int64], ...] = ()
     units: float = 1.0  # metres
     which_child: int = -1
+    clip_planes: tuple[FloatArray, ...] = ()
     lights: tuple[int, ...] = ()
+    around: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 0.2)
+    attenuation: FloatArray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
     name: str = ""
     depth: int = 0
 
@@ -102,9 +110,16 @@ def use_packed_colors(state: State, node: Node, packed: NDArray[np.int64], is_re
     state.diffuse, state.transparency = node.fields["colors"]
 
 
+MATERIAL = {
+    "diffuseColor": "diffuse", "emissiveColor": "emissive", "ambientColor": "ambient", "specularColor": "specular",
+    "shininess": "shininess", "transparency": "transparency",
+}  # fmt: skip
+"""What of the state each field of a Material changes."""
+
+
 def use_material(state: State, node: Node) -> None:
     """Put a Material in force, but for the fields that are to be ignored."""
-    for name, field_name in (("diffuseColor", "diffuse"), ("emissiveColor", "emissive"), ("transparency", "transparency")):
+    for name, field_name in MATERIAL.items():
         values: Any = node.get(name)
         if len(values) and node.has(name):
             setattr(state, field_name, values)

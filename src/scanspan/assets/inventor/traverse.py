@@ -16,7 +16,9 @@ import numpy as np
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.inventor import transforms
 from scanspan.assets.inventor.build import Builder
+from scanspan.assets.inventor.clipping import use_plane
 from scanspan.assets.inventor.graph import MAX_DEPTH, Node, Source, open_source
+from scanspan.assets.inventor.lights import KINDS, MAX_SHINING, ambient_of
 from scanspan.assets.inventor.parse_binary import parse_binary
 from scanspan.assets.inventor.parse_text import parse_text
 from scanspan.assets.inventor.pictures import texture_of
@@ -32,11 +34,10 @@ NONE, INHERIT, ALL = -1, -2, -3  # of a Switch
 
 SEPARATORS = ("Separator", "Annotation", "LocateHighlight", "Selection", "WWWAnchor", "WWWInline")
 IGNORED = (
-    "Info", "Label", "PickStyle", "Environment", "PolygonOffset", "TransparencyType", "ColorIndex", "EventCallback", "Callback",
-    "Texture3Transform", "TextureCoordinate3", "ProfileCoordinate3", "NurbsProfile",
+    "Info", "Label", "PickStyle", "TransparencyType", "EventCallback", "Callback", "Texture3Transform", "TextureCoordinate3",
+    "ProfileCoordinate3",
 )  # fmt: skip
 CAMERAS = ("PerspectiveCamera", "OrthographicCamera")
-LIGHTS = ("DirectionalLight", "PointLight", "SpotLight")
 
 Visit = Callable[["Traverser", Node, State], None]
 
@@ -63,7 +64,7 @@ class Traverser:
     Attributes
     ----------
     builder : collects the instances.
-    cameras, lights : nodes with the transformation in force there.
+    cameras : nodes with the transformation in force there. lights : likewise, and with the attenuation.
     texts : nodes of Text2 with the state in force there; their size depends on the whole scene.
     active : numbers of the nodes that are being visited, to find one that contains itself.
     """
@@ -72,7 +73,7 @@ class Traverser:
         self.file = file
         self.builder = Builder(file)
         self.cameras: list[tuple[Node, FloatArray]] = []
-        self.lights: list[tuple[Node, FloatArray]] = []
+        self.lights: list[tuple[Node, FloatArray, FloatArray]] = []
         self.texts: list[tuple[Node, State]] = []
         self.active: set[int] = set()
         self.visits = 0
@@ -129,6 +130,12 @@ class Traverser:
         for child in node.children if chosen == ALL else [node.children[chosen]]:
             self.visit(child, state)
         state.which_child = outer
+
+    def visit_annotation(self, node: Node, state: State) -> None:
+        """Visit the children of an Annotation."""
+        node.note("Annotation is drawn where it stands, and not in front of everything")
+        for child in node.children:
+            self.visit(child, state)
 
     def visit_first(self, node: Node, state: State) -> None:
         """Visit the finest level of detail."""
@@ -200,14 +207,12 @@ class Traverser:
 # What nodes do to the state
 
 
-def _set(name: str, field: str) -> Visit:
-    """Return what puts a field of a node in force."""
-
-    def visit(_: Traverser, node: Node, state: State) -> None:
-        if node.has(field):
-            setattr(state, name, node.get(field))
-
-    return visit
+def _font(traverser: Traverser, node: Node, state: State) -> None:
+    """Put the size of letters in force; there is one font for all."""
+    if node.has("size"):
+        state.font_size = node.get("size")
+    if node.get("name") != node.type.fields["name"].default or "family" in node.fields or node.fields.get("style"):
+        traverser.file.note("letters are of the one font that there is, whatever font or style is named")
 
 
 def _binding(name: str, plain: str) -> Visit:
@@ -259,6 +264,8 @@ def _hints(_: Traverser, node: Node, state: State) -> None:
 
 def _style(_: Traverser, node: Node, state: State) -> None:
     """Put a style of drawing in force."""
+    if node.get("linePattern") & 0xFFFF != 0xFFFF:
+        node.note("the pattern of DrawStyle is not drawn: lines are whole")
     for name, field in (("style", "style"), ("line_width", "lineWidth"), ("point_size", "pointSize")):
         if node.has(field):
             setattr(state, name, node.get(field))
@@ -326,8 +333,22 @@ def _camera(traverser: Traverser, node: Node, state: State) -> None:
 
 
 def _light(traverser: Traverser, node: Node, state: State) -> None:
+    """Let a light shine on what follows."""
+    if len(state.lights) == MAX_SHINING:
+        node.note(f"more than {MAX_SHINING} lights shine at once; the others are left out")
+        return
     state.lights = (*state.lights, len(traverser.lights))
-    traverser.lights.append((node, state.transform))
+    traverser.lights.append((node, state.transform, state.attenuation))
+
+
+def _environment(_: Traverser, node: Node, state: State) -> None:
+    """Put the light from all round in force, and how lights weaken with distance."""
+    if node.has("ambientColor") and node.has("ambientIntensity"):
+        state.around = ambient_of(node)
+    if node.has("attenuation"):
+        state.attenuation = node.get("attenuation")[::-1]
+    if node.get("fogType") != "NONE":
+        node.note("fog is not drawn")
 
 
 def _text(traverser: Traverser, node: Node, state: State) -> None:
@@ -340,7 +361,8 @@ ACTIONS: dict[str, Visit] = {
     **dict.fromkeys(transforms.MATRICES, lambda _, node, state: transforms.apply_transform(state, node)),
     **dict.fromkeys(IGNORED, lambda _, node, state: None),
     **dict.fromkeys(CAMERAS, _camera),
-    **dict.fromkeys(LIGHTS, _light),
+    **dict.fromkeys(KINDS, _light),
+    "Environment": _environment,
     "Text2": _text,
     "File": Traverser.visit_file,
     "WWWInline": Traverser.visit_file,
@@ -367,18 +389,22 @@ ACTIONS: dict[str, Visit] = {
     "TextureCoordinateDefault": _texture_coordinates,
     "TextureCoordinateEnvironment": _texture_coordinates,
     "TextureCoordinateBinding": _binding("uv_binding", "PER_VERTEX_INDEXED"),
-    "Font": _set("font_size", "size"),
-    "FontStyle": _set("font_size", "size"),
+    "Font": _font,
+    "FontStyle": _font,
     "ProfileCoordinate2": _profile,
     "LinearProfile": _profile,
-    "ClipPlane": _not_drawn("clipping planes are not applied"),
+    "ClipPlane": lambda _, node, state: use_plane(state, node),
     "Texture3": _not_drawn("textures in space are not drawn"),
+    "NurbsProfile": _not_drawn("curves of NurbsProfile are not applied: surfaces are drawn whole, letters without bevel"),
+    "PolygonOffset": _not_drawn("PolygonOffset is not applied: where two lie at the same depth, the first one is seen"),
+    "ColorIndex": _not_drawn("colours by index are not known"),
 }
 """What each type does that has no children."""
 
 GROUPS: dict[str, Visit] = {
     "Switch": Traverser.visit_switch,
-    "PathSwitch": lambda traverser, node, state: None,
+    "PathSwitch": _not_drawn("PathSwitch is left out"),
+    "Annotation": Traverser.visit_annotation,
     "Blinker": Traverser.visit_switch,
     "LevelOfDetail": Traverser.visit_first,
     "LOD": Traverser.visit_first,

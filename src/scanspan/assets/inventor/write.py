@@ -1,8 +1,9 @@
 """Scenes to text files of Inventor 2.1.
 
-Each instance becomes a Separator with its matrix, its material and one shape. Numbers are written so that they are read back as
-the same bits. Faces are written whole, with all their corners, not as the triangles they were cut into. What Inventor cannot
-say is refused: polygons with holes.
+Each instance becomes a Separator with the lights that reach it, its matrix, its material and one shape; cameras stand before
+them. Numbers are written so that they are read back as the same bits. Faces are written whole, with all their corners, not as
+the triangles they were cut into; polygons with holes have no word in Inventor and come as triangles (target/save.py). A texture
+that is mirrored is written twice as large, with its mirror image.
 
 Source: Wernecke, The Inventor Mentor, chapter 11, "File Format".
 """
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scanspan.assets.inventor.write_lights import write_camera, write_lights
 from scanspan.assets.material import Material, Texture
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -45,15 +47,17 @@ def write_iv(scene: Scene) -> str:
     lines = [HEADER, "", "Separator {"]
     if TURNS[scene.up]:
         lines.append(f"  Rotation {{ rotation {TURNS[scene.up]} }}")
+    lines += [f"  {line}" for camera in scene.cameras for line in write_camera(camera)]
     for number, instance in enumerate(scene.instances):
-        lines += [f"  {line}" for line in _instance(instance, number)]
+        lines += [f"  {line}" for line in _instance(instance, number, list(write_lights(scene.lights, number)))]
     return "\n".join([*lines, "}", ""])
 
 
-def _instance(instance: Instance, number: int) -> Iterator[str]:
+def _instance(instance: Instance, number: int, lights: list[str]) -> Iterator[str]:
     """Return the lines of one instance."""
     name = _name(instance.name)
     yield f"DEF {name} Separator {{" if name else "Separator {"
+    yield from (f"  {line}" for line in lights)
     if not np.array_equal(instance.transform, np.eye(4)):
         yield from _field("  MatrixTransform { matrix", instance.transform.T, "  }", is_list=False)
     geometry = instance.geometry
@@ -108,8 +112,14 @@ def _material(material: Material, has_colors: bool, colors: NDArray[Any] | None)
     alphas = table[:, 3] if (table[:, 3] != table[0, 3]).any() else table[:1, 3]
     if (alphas != 1.0).any():
         yield from _field("  transparency", 1.0 - alphas)
-    if material.emissive_color is not None:
-        yield from _field("  emissiveColor", np.array(material.emissive_color))
+    for name, color in (
+        ("emissiveColor", material.emissive_color), ("ambientColor", material.ambient_color or table[0, :3]),
+        ("specularColor", material.specular_color),
+    ):  # fmt: skip
+        if color is not None:
+            yield from _field(f"  {name}", np.array(color))
+    if material.shininess != Material.shininess:
+        yield f"  shininess {material.shininess!r}"
     yield "}"
     if material.texture is not None:
         yield from _texture(material.texture)
@@ -122,13 +132,18 @@ def _as_shares(colors: NDArray[Any]) -> NDArray[np.float64]:
 
 def _texture(texture: Texture) -> Iterator[str]:
     """Return the lines of a texture, its picture among them."""
-    if "mirror" in texture.wrap:
-        raise InputError("a texture that is mirrored cannot be written to an Inventor file")
-    words = {"repeat": "REPEAT", "clamp": "CLAMP"}
+    words = {"repeat": "REPEAT", "clamp": "CLAMP", "mirror": "REPEAT"}
     image = texture.image[::-1]
+
+    # Set the mirror image beside a picture that is mirrored, and let texture coordinates go half as far.
+    across, up = (2 if name == "mirror" else 1 for name in texture.wrap)
+    image = np.concatenate([image, image[:, ::-1]], axis=1) if across == 2 else image
+    image = np.concatenate([image, image[::-1]], axis=0) if up == 2 else image
+    if across * up > 1:
+        yield f"Texture2Transform {{ scaleFactor {1 / across!r} {1 / up!r} }}"
     packed = (image.astype(np.int64) << np.array([24, 16, 8, 0])).sum(axis=2).reshape(-1).tolist()
     yield f"Texture2 {{ wrapS {words[texture.wrap[0]]} wrapT {words[texture.wrap[1]]}"
-    yield f"  image {texture.size[0]} {texture.size[1]} 4"
+    yield f"  image {image.shape[1]} {image.shape[0]} 4"
     for start in range(0, len(packed), NUMBERS_A_LINE):
         yield "    " + " ".join(f"0x{pixel:08x}" for pixel in packed[start : start + NUMBERS_A_LINE])
     yield "}"
