@@ -4,13 +4,13 @@ A cut takes exactly one block on every path from the root to a leaf: an antichai
 root, a block is replaced by its children while what they would add could be seen. Blocks that lie outside of the picture, or
 that turn away from the eye, are left out with all that is below them.
 
-All splats of a block and of the blocks below it lie in one sphere, and a splat lies within `splat_radius` of what it stands
-for. Where (x, y) = (X, Y) / W is the projection in pixels, a step d from p to another point q of the sphere moves the picture by
+All splats of a block and of the blocks below it lie in one sphere, and a splat lies within `splat_radius` of what it stands for.
+Where (x, y) = (X, Y) / W is the projection in pixels, a step d from p to another point q of the sphere moves the picture by
 ((a - x m) . d, (b - y m) . d) / W(q), where a, b and m are the linear parts of X, Y and W, and x, y belong to p. So the norm of
 that 2 x 3 matrix, times the radius, over the least W in the sphere bounds the error. The norm at p is the one at the centre of
 the sphere and no more than |m| times the distance between the two on the screen; within the picture it is no more than at its
-corners, as it is convex. All that holds for any projection, off the middle of a picture as in it; parallel rays are m = 0. Where
-the sphere reaches behind the eye there is no bound, and the block is replaced.
+corners, as it is convex. That holds for any projection, off the middle of a picture as in it; parallel rays are m = 0. Where the
+sphere reaches behind the eye there is no bound, and the block is replaced.
 
 The price of a bound that holds everywhere: towards the corners of a picture more is drawn than in the middle.
 
@@ -149,8 +149,8 @@ def visit_nodes(
 
     Shapes  queue, own, above, mask: (M,), written: the nodes that may be seen, ascending; the error of each, 0 for a leaf; the
             least error of the nodes above it, inf for the root; the planes that may cut its sphere.
-    Units   error: pixels. turns_away: whether nodes whose normals all point away from the eye are left out; culls: whether those
-            outside of the planes are.
+    Units   error: pixels. turns_away: whether nodes whose normals all point away from the eye are left out; culls: whether
+            those outside of the planes are.
     Needs   at least one node; children that stand after their parent.
     Cost    some 30 ns a node visited.
     """
@@ -200,8 +200,8 @@ def see_node(
                 if distance > radius + slack + 1e-9 * abs(d):
                     left &= ~(np.int64(1) << p)
 
-    # Turn away where the angle from the line of sight to the axis, and the cone's own, stay below a right angle by more than the
-    # sphere is wide.
+    # Leave it out where the angles from the line of sight to the axis, and of the cone, stay below a right angle together, by
+    # more than the sphere is wide.
     sine = nodes.cone[node, 3]
     if turns_away and sine < 1.0:
         w = view.eye[3]
@@ -215,7 +215,7 @@ def see_node(
 
 @helper_kernel
 def node_error(nodes: NodeColumns, view: SplatView, node: Integer) -> float:
-    """Return by how many pixels what is below a node may lie beside its splats; BEHIND where the sphere reaches behind the eye."""
+    """Return by how many pixels what is below a node may lie beside its splats; past all limits where there is no bound."""
     x, y, z, radius = nodes.center[node, 0], nodes.center[node, 1], nodes.center[node, 2], nodes.radius[node]
     m = view.matrix
     w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
