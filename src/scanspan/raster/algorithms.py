@@ -181,28 +181,46 @@ def run_layers(
 
     A band of rows would have to look at every triangle; of many small ones that is most of the work.
     """
-    drawn, free = with_outlines(triangles, sampling), SimpleQueue[Int64Array]()
+    drawn = with_outlines(triangles, sampling)
+
+    def scan_part(keys: Int64Array, first: int, last: int, stop: Event) -> Int64Array:
+        """Scan some triangles, in chunks so that an interrupt is noticed between them."""
+        counters = np.zeros(COUNTERS, np.int64)
+        for start in range(first, last, CHUNK):
+            if not stop.is_set():
+                scan(keys, counters, drawn, start, min(start + CHUNK, last), sampling)
+        return counters
+
+    counted = draw_layers(scan_part, target, len(triangles.corners), threads)
+    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
+
+
+def draw_layers(draw: Callable[[Int64Array, int, int, Event], Any], target: Int64Array, count: int, threads: int) -> list[Any]:
+    """Call `draw(keys, first, last, stop)` for parts of `count` things, and keep the largest key of each sample.
+
+    Each thread has keys of its own, and the first one those of the target; what the calls gave is returned in order.
+    """
+    free = SimpleQueue[Int64Array]()
     others = [np.full(target.shape, EMPTY_KEY) for _ in range(threads - 1)]
     for keys in (target, *others):
         free.put(keys)
 
-    def scan_part(first: int, last: int, stop: Event) -> Int64Array:
-        """Scan some triangles, in chunks so that an interrupt is noticed between them."""
-        keys, counters = free.get(), np.zeros(COUNTERS, np.int64)
-        for start in range(first, last, CHUNK):
-            if not stop.is_set():
-                scan(keys, counters, drawn, start, min(start + CHUNK, last), sampling)
+    def draw_part(first: int, last: int, stop: Event) -> Any:
+        """Draw some of them into keys that no other thread has."""
+        keys = free.get()
+        found = draw(keys, first, last, stop)
         free.put(keys)
-        return counters
+        return found
 
-    def keep_largest(y_start: int, y_end: int, stop: Event) -> None:
+    def keep_largest(start: int, end: int, stop: Event) -> None:
         """Merge the rows of one band."""
         for keys in others:
-            np.maximum(target[y_start:y_end], keys[y_start:y_end], out=target[y_start:y_end])
+            np.maximum(target[start:end], keys[start:end], out=target[start:end])
 
-    counted = run_bands(scan_part, len(triangles.corners), threads, each=4)
-    run_bands(keep_largest, sampling.y_end, threads)
-    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
+    found = run_bands(draw_part, count, threads, each=4)
+    if others:
+        run_bands(keep_largest, len(target), threads)
+    return found
 
 
 def run_kernel(
