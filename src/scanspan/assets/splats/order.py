@@ -1,0 +1,200 @@
+"""The order of points: Morton codes of 21 bits an axis, sorted by digits, and the levels at which neighbours part.
+
+Points lie on a lattice of whole numbers. The code of a point interleaves the upper 21 bits of x, y and z, so that points with
+the same first bits share a cell, and a range of the sorted codes is a part of a binary tree over space. What the codes cannot
+part (an outlier far away makes their cells large) a second code parts, of the bits below.
+
+Sorting goes by digits from the lowest (LSD radix), in which equal codes keep their order: the same points give the same order
+whatever pieces they come in. Digits in which all codes agree are skipped. The price: two arrays as long as the codes.
+
+Source: G. M. Morton (1966); Karras, Maximizing parallelism in the construction of BVHs (2012), for trees from sorted codes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scanspan.jit import helper_kernel, kernel
+from scanspan.records import Int64Array, Integer
+
+AXIS_BITS = 21  # of a code, an axis
+CODE_BITS = 3 * AXIS_BITS
+LATTICE_BITS = 2 * AXIS_BITS  # of a coordinate: those of the code and of the one below
+DIGIT_BITS = 11
+DIGITS = 1 << DIGIT_BITS
+LONG_RUN = 32  # points of one code that are worth a second sort
+
+
+@helper_kernel
+def spread(value: Integer) -> Integer:
+    """Return the 21 lowest bits of a number with two zeros between neighbours."""
+    x = value & 0x1FFFFF
+    x = (x | x << 32) & 0x1F00000000FFFF
+    x = (x | x << 16) & 0x1F0000FF0000FF
+    x = (x | x << 8) & 0x100F00F00F00F00F
+    x = (x | x << 4) & 0x10C30C30C30C30C3
+    x = (x | x << 2) & 0x1249249249249249
+    return x
+
+
+@kernel
+def morton_codes(lattice: Int64Array, shift: Integer) -> Int64Array:
+    """Return the codes of points (N, 3), of the 21 bits of each coordinate from bit `shift` on."""
+    codes = np.empty(len(lattice), np.int64)
+    for i in range(len(lattice)):
+        x, y, z = lattice[i, 0] >> shift, lattice[i, 1] >> shift, lattice[i, 2] >> shift
+        codes[i] = spread(x) << 2 | spread(y) << 1 | spread(z)
+    return codes
+
+
+@kernel
+def morton_rests(lattice: Int64Array, shift: Integer) -> Int64Array:
+    """Return the codes of the bits that `morton_codes` leaves out, those below `shift`."""
+    codes = np.empty(len(lattice), np.int64)
+    mask = (np.int64(1) << shift) - 1
+    for i in range(len(lattice)):
+        x, y, z = lattice[i, 0] & mask, lattice[i, 1] & mask, lattice[i, 2] & mask
+        codes[i] = spread(x) << 2 | spread(y) << 1 | spread(z)
+    return codes
+
+
+@kernel
+def sorted_order(codes: Int64Array) -> Int64Array:
+    """Return the numbers of codes (N,), none negative, from the smallest code to the largest; equal ones keep their order."""
+    count = len(codes)
+    order = np.arange(count)
+    if count < 2:
+        return order
+
+    # Find the bits in which any two codes differ, and count each digit once for all passes.
+    differing = np.int64(0)
+    totals = np.zeros((6, DIGITS), np.int64)
+    for i in range(count):
+        code = codes[i]
+        differing |= code ^ codes[0]
+        for digit in range(6):
+            totals[digit, (code >> (digit * DIGIT_BITS)) & (DIGITS - 1)] += 1
+
+    # Move numbers and codes together, so that a pass reads both in order.
+    keys, spare_keys, spare = codes.copy(), np.empty(count, np.int64), np.empty(count, np.int64)
+    for digit in range(6):
+        shift = digit * DIGIT_BITS
+        if (differing >> shift) & (DIGITS - 1) == 0:
+            continue
+        place = np.int64(0)
+        for value in range(DIGITS):
+            size = totals[digit, value]
+            totals[digit, value] = place
+            place += size
+        for i in range(count):
+            key = keys[i]
+            value = (key >> shift) & (DIGITS - 1)
+            place = totals[digit, value]
+            totals[digit, value] = place + 1
+            spare_keys[place] = key
+            spare[place] = order[i]
+        keys, spare_keys = spare_keys, keys
+        order, spare = spare, order
+    return order
+
+
+def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Array, Int64Array]:
+    """Return the order of points on a lattice, and their two codes in that order.
+
+    Parameters
+    ----------
+    lattice : (N, 3) whole numbers from 0 to below 2^(21 + shift).
+    shift : the bits of a coordinate that the first code leaves to the second, 0 to 21.
+
+    Returns
+    -------
+    order : (N,) numbers of points.
+    codes, rests : (N,) the first and the second code of each, sorted; the second codes are sorted within runs of more than 32
+        points of one first code, and have no entries if `shift` is 0.
+
+    >>> order, codes, rests = order_points(np.array([[3, 0, 0], [0, 0, 1], [0, 2, 0]]), 0)
+    >>> order.tolist(), codes.tolist(), rests.tolist()
+    ([1, 2, 0], [1, 16, 36], [])
+    """
+    codes = morton_codes(lattice, shift)
+    order = sorted_order(codes)
+    codes = codes[order]
+    if shift == 0:
+        return order, codes, np.empty(0, np.int64)
+
+    # Sort the rest within long runs of one code; in short ones nothing is gained.
+    rests = morton_rests(lattice, shift)[order]
+    ends = np.append(np.flatnonzero(codes[1:] != codes[:-1]) + 1, len(codes))
+    lengths = np.diff(ends, prepend=0)
+    for end, length in zip(ends[lengths > LONG_RUN].tolist(), lengths[lengths > LONG_RUN].tolist()):
+        run = slice(end - length, end)
+        inner = sorted_order(rests[run])
+        order[run] = order[run][inner]
+        rests[run] = rests[run][inner]
+    return order, codes, rests
+
+
+@helper_kernel
+def highest_bit(value: Integer) -> Integer:
+    """Return the number of the highest bit of a positive number, counted from 0."""
+    bit = np.int64(0)
+    for step in (32, 16, 8, 4, 2, 1):
+        if value >> (bit + step) != 0:
+            bit += step
+    return bit
+
+
+@helper_kernel
+def level_between(codes: Int64Array, rests: Int64Array, i: Integer, j: Integer) -> Integer:
+    """Return how high in the tree two points part: 64 to 126 by the first code, 1 to 63 by the second, 0 if nowhere."""
+    if codes[i] != codes[j]:
+        return CODE_BITS + 1 + highest_bit(codes[i] ^ codes[j])
+    if len(rests) and rests[i] != rests[j]:
+        return 1 + highest_bit(rests[i] ^ rests[j])
+    return np.int64(0)
+
+
+@kernel
+def cut_ranges(
+    codes: Int64Array, rests: Int64Array, first: Integer, last: Integer, size: Integer, separator: Integer, starts: Int64Array
+) -> int:
+    """Cut a range of sorted points where their highest bit differs until no part has more than `size`; return how many parts.
+
+    Points that lie at one place are cut in half.
+
+    Writes      starts (K, 2): the first point of each part, and the level at which it parts from the one before; halves part at
+                levels below 0. That of the first part is `separator`.
+    Units       first, last: half-open; a range that is a whole cell, or all points.
+    """
+    waiting = np.empty((256, 4), np.int64)
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = first, last, separator, 0
+    top, parts = 1, 0
+    while top > 0:
+        top -= 1
+        a, b, level, halvings = waiting[top, 0], waiting[top, 1], waiting[top, 2], waiting[top, 3]
+        if b - a <= size:
+            starts[parts, 0], starts[parts, 1] = a, level
+            parts += 1
+            continue
+
+        # Find the first point that has the bit in which the first and the last differ; runs that are not sorted are halved.
+        inner = level_between(codes, rests, a, b - 1)
+        middle = (a + b) // 2
+        if inner > 0:
+            low, high = a, b - 1
+            while high - low > 1:
+                probe = (low + high) // 2
+                if level_between(codes, rests, a, probe) < inner:
+                    low = probe
+                else:
+                    high = probe
+            middle = high
+        else:
+            halvings += 1
+            inner = -halvings
+
+        # The left part is next, so it goes on top.
+        waiting[top, 0], waiting[top, 1], waiting[top, 2], waiting[top, 3] = middle, b, inner, halvings
+        waiting[top + 1, 0], waiting[top + 1, 1], waiting[top + 1, 2], waiting[top + 1, 3] = a, middle, level, halvings
+        top += 2
+    return parts
