@@ -51,6 +51,7 @@ class NodeColumns(NamedTuple):
 class SplatView(NamedTuple):
     """A camera as seen from a tree: the projection to pixels, the planes of the picture, and the eye."""
 
+    clip: Float64Array  # (4, 4) from the tree's coordinates to clip coordinates
     matrix: Float64Array  # (3, 4) from the tree's coordinates to X, Y and W, with X / W and Y / W in pixels, y down
     planes: Float64Array  # (P, 4) inside is n . p + d >= 0, n of length 1
     eye: Float64Array  # (4,) homogeneous; w = 0 is the direction from what is seen to the eye
@@ -93,10 +94,8 @@ def splat_view(camera: Camera, size: tuple[int, int], origin: Any = (0.0, 0.0, 0
     ([0.0, 0.0, 5.0, 1.0], [0.0, 0.0, -1.0, 5.0])
     """
     width, height = size
-    clip = camera.clip_matrix(size)
     shift = np.asarray(origin, np.float64)
-    clip[:, 3] += clip[:, 0] * shift[0] + clip[:, 1] * shift[1] + clip[:, 2] * shift[2]
-    x, y, z, w = clip
+    x, y, z, w = clip = clip_from(camera, size, shift)
     matrix = np.stack([(w + x) * (width / 2.0), (w - y) * (height / 2.0), w])
 
     # Bring the planes to length 1, so that they measure distances; what is the same everywhere bounds nothing.
@@ -111,7 +110,14 @@ def splat_view(camera: Camera, size: tuple[int, int], origin: Any = (0.0, 0.0, 0
     # Find the largest norm in the corners, and the eye.
     corners = [(u, v) for u in (-MARGIN, width + MARGIN) for v in (-MARGIN, height + MARGIN)]
     stretch = max(stretch_at(matrix, u, v) for u, v in corners)
-    return SplatView(matrix, np.array(kept), _eye(camera, shift), stretch, _length(w[:3]))
+    return SplatView(clip, matrix, np.array(kept), _eye(camera, shift), stretch, _length(w[:3]))
+
+
+def clip_from(camera: Camera, size: tuple[int, int], origin: Float64Array) -> Float64Array:
+    """Return the (4, 4) matrix to clip coordinates from places relative to an origin in the world."""
+    clip = camera.clip_matrix(size)
+    clip[:, 3] += clip[:, 0] * origin[0] + clip[:, 1] * origin[1] + clip[:, 2] * origin[2]
+    return clip
 
 
 def _eye(camera: Camera, shift: Float64Array) -> Float64Array:
@@ -167,7 +173,7 @@ def visit_nodes(
         if nodes.children[node] == 0:
             own[i] = 0.0
         else:
-            own[i] = node_error(nodes, view, node)
+            own[i] = node_extent(nodes, view, node, nodes.splat_radius[node])
             if own[i] > error:
                 first, least = nodes.first_child[node], min(above[i], own[i])
                 for child in range(first, first + nodes.children[node]):
@@ -214,19 +220,19 @@ def see_node(
 
 
 @helper_kernel
-def node_error(nodes: NodeColumns, view: SplatView, node: Integer) -> float:
-    """Return by how many pixels what is below a node may lie beside its splats; past all limits where there is no bound."""
+def node_extent(nodes: NodeColumns, view: SplatView, node: Integer, length: float) -> float:
+    """Return how many pixels a length in the sphere of a node has at most; past all limits where there is no bound."""
     x, y, z, radius = nodes.center[node, 0], nodes.center[node, 1], nodes.center[node, 2], nodes.radius[node]
     m = view.matrix
     w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     least = w - view.slope * radius
     if not least > 0.0:
-        return float(BEHIND * nodes.splat_radius[node])
+        return float(BEHIND * length)
     u = (m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]) / w
     v = (m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]) / w
     stretch = stretch_at(m, u, v)
     stretch += view.slope * (stretch * radius / least)
-    return float(min(stretch, view.stretch) * nodes.splat_radius[node] / least)
+    return float(min(stretch, view.stretch) * length / least)
 
 
 def cut_tree(
@@ -277,3 +283,27 @@ def raise_error(least: Float64Array, above: Float64Array, counts: Int64Array, er
     np.subtract.at(change, place[len(least) : 2 * len(least)], counts)
     fits = (np.cumsum(change) <= budget) & (steps >= error)
     return float(steps[np.flatnonzero(fits)[0]])
+
+
+@kernel
+def write_stretch(
+    matrix: Float64Array, most: float, slope: float, center: Float64Array, radius: Float64Array, stretch: Float64Array
+) -> None:
+    """Write the norm of the projection in the middle of some spheres, (n,): the largest of the picture where that is unknown."""
+    for i in range(len(radius)):
+        x, y, z = center[i, 0], center[i, 1], center[i, 2]
+        w = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]
+        stretch[i] = most
+        if w > slope * radius[i]:
+            u = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z + matrix[0, 3]) / w
+            v = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z + matrix[1, 3]) / w
+            stretch[i] = min(stretch_at(matrix, u, v), most)
+
+
+def stretch_of_nodes(view: SplatView, center: Float64Array, radius: Float64Array) -> Float64Array:
+    """Return by how many pixels a step of one in the middle of some spheres moves the picture, times W, (n,)."""
+    stretch = np.empty(len(radius))
+    write_stretch(
+        view.matrix, view.stretch, view.slope, np.ascontiguousarray(center), np.ascontiguousarray(radius, np.float64), stretch
+    )
+    return stretch

@@ -1,0 +1,256 @@
+"""Splats in a hierarchy: a tree of points is built once, and then as much of it is drawn as can be seen.
+
+A tree is drawn block by block: the cut says which, culling and going down until an error in pixels is met (geometry/cut.py);
+blocks are decoded once and kept; what is seen is shaded afterwards. The same tree, camera and error give the same picture to the
+byte, for any number of threads, whatever is kept.
+
+Refining draws the blocks of that same cut in several passes, each spread over the whole picture, into the same keys. A key only
+comes nearer, so no pixel goes back to the background, nothing is drawn or read twice, and the last pass leaves the picture that
+`render` makes (docs/decisions/0018-splats-on-the-screen.md says what else was tried).
+
+Source: S. Rusinkiewicz and M. Levoy, QSplat (2000).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scanspan.assets.camera import Camera
+from scanspan.assets.framing import parse_up
+from scanspan.assets.material import Material
+from scanspan.assets.splats import tree as stored
+from scanspan.assets.splats.cache import MAX_BYTES, BlockCache
+from scanspan.errors import InputError
+from scanspan.geometry.cut import Cut, NodeColumns, SplatView, cut_tree, node_columns, splat_view
+from scanspan.geometry.passes import TreeOrder, error_of_part, plan_passes, tree_order
+from scanspan.homogeneous import quote
+from scanspan.pipeline import MAX_PIXELS, check_pixels
+from scanspan.raster.options import check_integer, check_number, check_threads
+from scanspan.raster.splats import new_keys
+from scanspan.records import Float32Array, Float64Array, Int64Array
+from scanspan.shade.color import linear_color
+from scanspan.shade.light import Lights, default_lights
+from scanspan.target.resolve import background as make_background
+from scanspan.target.splat_frame import Progress, SplatFrame
+from scanspan.target.splat_picture import SplatPicture
+
+LARGEST_ERROR = 1e6  # pixels
+LEAST_BUDGET = 256  # splats: those of the root are drawn at least
+POINTS_TO_FRAME = 1 << 14  # splats at least, that tell a camera how far a tree reaches
+BLOCKS_AT_ONCE = 1 << 10  # drawn between two looks at the clock
+
+
+class Request(NamedTuple):
+    """What is to be drawn, all checked."""
+
+    camera: Camera
+    size: tuple[int, int]
+    error: float
+    budget: int | None
+    threads: int
+    lights: Lights
+    behind: Float32Array  # as target/resolve.py has it
+    base: Float32Array  # (4,) the linear colour of splats without one
+    started: float
+
+
+class SplatTree(stored.SplatTree):
+    """A tree of splats that can be drawn; `build` and `open` make one.
+
+    Attributes
+    ----------
+    nodes : (M,) structured, the table of nodes, root first.
+    origin : (3,) float64, what places are relative to.
+    has_color, has_normals : whether splats have these.
+    """
+
+    _state: _State
+
+    @classmethod
+    def of(cls, tree: stored.SplatTree, max_bytes: int = MAX_BYTES) -> SplatTree:
+        """Return a stored tree as one that can be drawn; at most `max_bytes` of its splats are kept decoded."""
+        drawn = cls.__new__(cls)
+        drawn.__dict__.update(tree.__dict__)
+        drawn._state = _State(tree, max_bytes)
+        return drawn
+
+    @property
+    def points(self) -> Float64Array:
+        """(N, 3) some thousand places that tell how far it reaches, for `Camera.frame`."""
+        return self._state.outline()
+
+    def render(
+        self, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *, error: float = 1.0,
+        budget: int | None = None, background: Any = None, up: str | None = None, threads: int | None = None,
+        max_pixels: int = MAX_PIXELS,
+    ) -> SplatFrame:  # fmt: skip
+        """Draw the tree.
+
+        Parameters
+        ----------
+        camera : a Camera, or the name of a direction from which the tree fills the picture; None is "iso".
+        size : (width, height) in pixels.
+        error : pixels by which anything may lie beside where it is drawn; smaller draws more splats, 0 all that may be seen.
+        budget : most splats to draw, 256 or more: the error is raised until they are no more. `frame.error` says what was met.
+        background, up, max_pixels : as for `scanspan.render`.
+        threads : by default one for each processor. The picture is the same for any number.
+
+        Raises
+        ------
+        InputError : for anything that cannot be used; the message quotes it.
+
+        Examples
+        --------
+        >>> import numpy as np, scanspan as ss
+        >>> tree = ss.splat.build(np.random.default_rng(1).random((1000, 3)))
+        >>> frame = tree.render("front", (64, 48))
+        >>> frame.color.shape, frame.splats
+        ((48, 64, 4), 1000)
+        """
+        request = self._request(camera, size, error, budget, background, up, threads, max_pixels)
+        return self._state.render(request)
+
+    def refine(
+        self, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *, error: float = 1.0,
+        deadline: float | None = None, budget: int | None = None, background: Any = None, up: str | None = None,
+        threads: int | None = None, max_pixels: int = MAX_PIXELS,
+    ) -> Iterator[SplatFrame]:  # fmt: skip
+        """Draw the tree in passes, each of which makes the picture better; the last one is what `render` returns.
+
+        A pixel that shows something is never background again; blocks are read and drawn once. `frame.error` says how near to
+        something drawn everything is that could be seen, `frame.splats` and `frame.bytes_read` what it took.
+
+        Parameters
+        ----------
+        deadline : seconds from now. When they are over, coarse splats fill what is missing, and that is the last frame.
+        others : as for `render`.
+
+        Raises
+        ------
+        InputError : for anything that cannot be used; the message quotes it.
+
+        Examples
+        --------
+        >>> import numpy as np, scanspan as ss
+        >>> tree = ss.splat.build(np.random.default_rng(1).random((20000, 3)))
+        >>> frames = list(tree.refine("front", (64, 48)))
+        >>> bool((frames[-1].color == tree.render("front", (64, 48)).color).all())
+        True
+        """
+        seconds = None if deadline is None else check_number("deadline", deadline, 0, 1e9)
+        request = self._request(camera, size, error, budget, background, up, threads, max_pixels)
+        return self._state.refine(request, seconds)
+
+    def _request(
+        self, camera: Any, size: Any, error: Any, budget: Any, background: Any, up: Any, threads: Any, max_pixels: int
+    ) -> Request:
+        """Check what is to be drawn."""
+        started = time.perf_counter()
+        pixels = check_pixels(size, max_pixels)
+        limit = check_number("error", error, 0, LARGEST_ERROR)
+        most = None if budget is None else check_integer("budget", budget, LEAST_BUDGET, 2**62)
+        workers, behind = check_threads(threads), make_background(background, pixels)
+        sky = parse_up(self.up if up is None else up)
+        if not isinstance(camera, Camera):
+            if camera is not None and not isinstance(camera, str):
+                raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
+            aspect = pixels[0] / pixels[1]
+            camera = Camera.frame(self, "iso" if camera is None else camera, up=sky, aspect=aspect, fit="points")
+        base = linear_color(Material().color_of(False))
+        return Request(camera, pixels, limit, most, workers, default_lights(camera.view, sky), behind, base, started)
+
+
+class _State:
+    """What is kept of a tree between two pictures: columns of the table of nodes, and decoded blocks."""
+
+    def __init__(self, tree: stored.SplatTree, max_bytes: int) -> None:
+        self.tree = tree
+        self.cache = BlockCache(tree, max_bytes)
+        self.columns: NodeColumns = node_columns(tree.nodes)
+        self._order: TreeOrder | None = None
+        self._outline: Float64Array | None = None
+
+    @property
+    def order(self) -> TreeOrder:
+        """The order of the nodes, worked out once."""
+        if self._order is None:
+            self._order = tree_order(self.columns)
+        return self._order
+
+    def outline(self) -> Float64Array:
+        """Return the splats of the coarsest level that has enough of them."""
+        if self._outline is None:
+            nodes, level = self.tree.nodes, 0
+            while level + 1 < self.tree.level_count and self.columns.splats[nodes["level"] == level].sum() < POINTS_TO_FRAME:
+                level += 1
+            chosen = np.flatnonzero((nodes["level"] == level) | ((nodes["level"] < level) & (nodes["children"] == 0)))
+            blocks = self.tree.read_many(chosen)
+            each = np.repeat(chosen, np.diff(blocks.starts))
+            self._outline = self.tree.origin + nodes["low"][each] + nodes["step"][each] * blocks.splats.positions
+        return self._outline
+
+    def cut(self, request: Request) -> tuple[SplatView, Cut]:
+        """Return the blocks to draw."""
+        view = splat_view(request.camera, request.size, self.tree.origin)
+        return view, cut_tree(self.columns, view, request.error, request.budget, turns_away=True)
+
+    def render(self, request: Request) -> SplatFrame:
+        """Draw the tree."""
+        view, cut = self.cut(request)
+        with self.cache.lock:
+            before = self.cache.bytes_read
+            picture = SplatPicture(self.cache, request.camera, request.size, cut.nodes, view, request.threads)
+            picture.draw(np.arange(len(cut.nodes)))
+            return self._frame(picture, request, picture.keys, before, cut.error, True)
+
+    def refine(self, request: Request, deadline: float | None) -> Iterator[SplatFrame]:
+        """Draw the tree in passes; see SplatTree.refine."""
+        view, cut = self.cut(request)
+        passes = plan_passes(cut, self.order)
+        coarse = self._coarse_cut(view, cut) if deadline is not None else cut.nodes[:0]
+        count = len(cut.nodes)
+        picture = SplatPicture(
+            self.cache, request.camera, request.size, np.append(cut.nodes, coarse), view, request.threads,
+            new_keys(request.size),
+        )  # fmt: skip
+        drawn, before = np.zeros(count, np.bool_), self.cache.bytes_read
+        for number, rows in enumerate(passes):
+            for first in range(0, len(rows), BLOCKS_AT_ONCE):
+                part = rows[first : first + BLOCKS_AT_ONCE]
+                with self.cache.lock:
+                    picture.draw(part)
+                drawn[part] = True
+                if deadline is not None and time.perf_counter() - request.started >= deadline and not drawn.all():
+                    with self.cache.lock:
+                        picture.draw(np.arange(count, count + len(coarse)))
+                        yield self._frame(picture, request, picture.keys, before, np.inf, False)
+                    return
+            is_last = number == len(passes) - 1
+            error = cut.error if is_last else error_of_part(self.columns, view, self.order, cut, drawn)
+            with self.cache.lock:
+                frame = self._frame(picture, request, picture.keys if is_last else picture.keys.copy(), before, error, is_last)
+            yield frame
+
+    def _coarse_cut(self, view: SplatView, cut: Cut) -> Int64Array:
+        """Return blocks of a sixteenth as many splats, to fill what is missing when time is up."""
+        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=True).nodes
+
+    def _frame(
+        self, picture: SplatPicture, request: Request, keys: Int64Array, before: int, error: float, is_final: bool
+    ) -> SplatFrame:
+        """Return the picture as it is now."""
+        color = picture.color(request.base, request.lights, request.behind)
+        seconds = time.perf_counter() - request.started
+        progress = Progress(error, picture.splats, self.cache.bytes_read - before, seconds, is_final)
+        return SplatFrame(color, keys, picture.nodes, self.cache, request.camera, request.size, progress)
+
+
+def build(points: Any, path: Any = None, **options: Any) -> SplatTree:
+    """Build a tree of splats from points."""
+    from scanspan.assets.splats.build import build_in_memory
+
+    return SplatTree.of(build_in_memory(points, **options))

@@ -1,0 +1,102 @@
+"""A picture of blocks of splats: keys that blocks are drawn into, and the colours of what they show.
+
+A number in a key is the row of the block in the cut, then the place in the block, so that ties between splats are broken alike
+whatever is drawn first, and a tree may have more splats than a key has numbers.
+"""
+
+from __future__ import annotations
+
+from threading import Event
+
+import numpy as np
+
+from scanspan.assets.camera import Camera
+from scanspan.assets.splats.cache import BlockCache
+from scanspan.geometry.cut import SplatView, stretch_of_nodes
+from scanspan.raster.algorithms import run_bands
+from scanspan.raster.splats import draw_splats, new_keys, pixel_matrix
+from scanspan.records import Float32Array, Int64Array, UInt8Array
+from scanspan.shade.light import Lights
+from scanspan.shade.splats import ROW_BITS, BlockRows, mark_seen, paint_keys, shade_splats
+from scanspan.target.resolve import resolve
+
+LARGEST_SHARE = 255.0  # of the radius of a splat in that of its block
+
+
+class SplatPicture:
+    """Blocks of a tree, drawn for one camera.
+
+    Attributes
+    ----------
+    keys : (height * width + some,) what each pixel shows.
+    nodes : (K,) the blocks that may be drawn; a row of it is part of a number.
+    splats : how many were drawn so far.
+    """
+
+    def __init__(
+        self, cache: BlockCache, camera: Camera, size: tuple[int, int], nodes: Int64Array, view: SplatView, threads: int,
+        keys: Int64Array | None = None,
+    ) -> None:  # fmt: skip
+        self.cache, self.camera, self.size, self.threads, self.view = cache, camera, size, threads, view
+        self.nodes, self.splats = nodes, 0
+        self.keys = new_keys(size) if keys is None else keys
+        self.matrix = pixel_matrix(view.clip, size)[None]
+        tree = cache.tree
+        table = tree.nodes[nodes]
+        self._low, self._step, self._count = table["low"], table["step"], table["count"].astype(np.int64)
+        self._radii = np.zeros((len(table), 2))
+        self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, table["center"], table["radius"]) / LARGEST_SHARE
+
+    def draw(self, rows: Int64Array) -> None:
+        """Draw some blocks, by their rows in the cut."""
+        for first, last in self.cache.parts(self.nodes[rows]):
+            part = rows[first:last]
+            count, splats = self._count[part], self.cache.splats
+            blocks = np.stack(
+                [self.cache.start[self.nodes[part]], count, part << ROW_BITS, np.zeros(len(part), np.int64)], axis=1
+            )
+            draw_splats(
+                self.keys, self.size, splats.positions, blocks, self._low[part], self._step[part], self.matrix,
+                radii=self._radii[part], shares=splats.radius, has_far=self.camera.has_far, threads=self.threads,
+            )  # fmt: skip
+            self.splats += int(count.sum())
+
+    def seen(self) -> Int64Array:
+        """Return the numbers that the keys show, ascending."""
+        marks = np.zeros(len(self.nodes) << ROW_BITS, np.uint8)
+
+        def mark(first: int, last: int, _: Event) -> None:
+            """Mark those of some pixels."""
+            mark_seen(self.keys, first, last, marks)
+
+        run_bands(mark, self.size[0] * self.size[1], self.threads)
+        return np.flatnonzero(marks)
+
+    def color(self, base: Float32Array, lights: Lights, behind: Float32Array) -> UInt8Array:
+        """Return the picture, (H, W, 4): splats lit where they have normals, before a background."""
+        width, height = self.size
+        numbers = self.seen()
+        colors = np.empty((len(self.nodes) << ROW_BITS, 4), np.uint8)
+        rows, first = np.unique(numbers >> ROW_BITS, return_index=True)
+        bounds = np.append(first, len(numbers))
+        for start, end in self.cache.parts(self.nodes[rows]):
+            places = BlockRows(self.cache.start[self.nodes], self._low, self._step)
+            part, splats = numbers[bounds[start] : bounds[end]], self.cache.splats
+
+            def shade(first: int, last: int, _: Event) -> None:
+                """Shade some splats."""
+                shade_splats(part[first:last], places, splats, self.view.eye, base, lights, colors)  # noqa: B023
+
+            run_bands(shade, len(part), self.threads) if len(part) else None
+
+        # Look up the colour of each pixel.
+        backdrop = resolve(np.zeros((height, 1, 4), np.float32), 1, behind)
+        picture = np.empty((height, width, 4), np.uint8)
+        flat, table, ground = picture.reshape(-1, 4).view(np.uint32)[:, 0], colors.view(np.uint32)[:, 0], backdrop.view(np.uint32)
+
+        def paint(first: int, last: int, _: Event) -> None:
+            """Paint some rows."""
+            paint_keys(self.keys, first, last, table, ground.reshape(-1), width, flat)
+
+        run_bands(paint, height, self.threads)
+        return picture
