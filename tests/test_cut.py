@@ -166,7 +166,7 @@ def test_compiled_and_plain_cuts_agree() -> None:
 
     view = splat_view(CAMERAS["near"], SIZE)
     expected = cut_tree(COLUMNS, view, 4.0, turns_away=True)
-    names = ("visit_nodes", "see_node", "node_extent", "stretch_at")
+    names = ("visit_nodes", "see_node", "extent_in_sphere", "stretch_at")
     compiled = {name: getattr(module, name) for name in names}
     try:
         for name in names:

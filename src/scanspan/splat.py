@@ -4,7 +4,7 @@ A tree is drawn block by block: the cut says which, culling and going down until
 blocks are decoded once and kept; what is seen is shaded afterwards. The same tree, camera and error give the same picture to the
 byte, for any number of threads, whatever is kept.
 
-Refining draws the blocks of that same cut in several passes, each spread over the whole picture, into the same keys. A key only
+Refining draws the splats of that same cut in four passes, each spread over the whole picture, into the same keys. A key only
 comes nearer, so no pixel goes back to the background, nothing is drawn or read twice, and the last pass leaves the picture that
 `render` makes (docs/decisions/0018-splats-on-the-screen.md says what else was tried).
 
@@ -23,15 +23,13 @@ from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.material import Material
 from scanspan.assets.splats import tree as stored
-from scanspan.assets.splats.cache import MAX_BYTES, BlockCache
+from scanspan.assets.splats.cache import MAX_BYTES, STRIDES, BlockCache
 from scanspan.errors import InputError
 from scanspan.geometry.cut import Cut, NodeColumns, SplatView, cut_tree, node_columns, splat_view
-from scanspan.geometry.passes import TreeOrder, error_of_part, plan_passes, tree_order
 from scanspan.homogeneous import quote
 from scanspan.pipeline import MAX_PIXELS, check_pixels
 from scanspan.raster.options import check_integer, check_number, check_threads
-from scanspan.raster.splats import new_keys
-from scanspan.records import Float32Array, Float64Array, Int64Array
+from scanspan.records import Float32Array, Float64Array
 from scanspan.shade.color import linear_color
 from scanspan.shade.light import Lights, default_lights
 from scanspan.target.resolve import background as make_background
@@ -171,15 +169,7 @@ class _State:
         self.tree = tree
         self.cache = BlockCache(tree, max_bytes)
         self.columns: NodeColumns = node_columns(tree.nodes)
-        self._order: TreeOrder | None = None
         self._outline: Float64Array | None = None
-
-    @property
-    def order(self) -> TreeOrder:
-        """The order of the nodes, worked out once."""
-        if self._order is None:
-            self._order = tree_order(self.columns)
-        return self._order
 
     def outline(self) -> Float64Array:
         """Return the splats of the coarsest level that has enough of them."""
@@ -210,34 +200,33 @@ class _State:
     def refine(self, request: Request, deadline: float | None) -> Iterator[SplatFrame]:
         """Draw the tree in passes; see SplatTree.refine."""
         view, cut = self.cut(request)
-        passes = plan_passes(cut, self.order)
-        coarse = self._coarse_cut(view, cut) if deadline is not None else cut.nodes[:0]
-        count = len(cut.nodes)
-        picture = SplatPicture(
-            self.cache, request.camera, request.size, np.append(cut.nodes, coarse), view, request.threads,
-            new_keys(request.size),
-        )  # fmt: skip
-        drawn, before = np.zeros(count, np.bool_), self.cache.bytes_read
-        for number, rows in enumerate(passes):
-            for first in range(0, len(rows), BLOCKS_AT_ONCE):
-                part = rows[first : first + BLOCKS_AT_ONCE]
+        count, before = len(cut.nodes), self.cache.bytes_read
+        coarse = self._coarse_cut(view, cut) if deadline is not None else cut._replace(nodes=cut.nodes[:0])
+        nodes = np.append(cut.nodes, coarse.nodes)
+        picture = SplatPicture(self.cache, request.camera, request.size, nodes, view, request.threads)
+        last, bound = len(STRIDES) - 1, np.inf
+        for number in range(len(STRIDES)):
+            gap = 0.0
+            for first in range(0, count, BLOCKS_AT_ONCE):
+                rows = np.arange(first, min(first + BLOCKS_AT_ONCE, count))
                 with self.cache.lock:
-                    picture.draw(part)
-                drawn[part] = True
-                if deadline is not None and time.perf_counter() - request.started >= deadline and not drawn.all():
+                    picture.draw(rows, number, number)
+                    gap = max(gap, picture.gap(rows, number)) if number < last else 0.0
+                is_done = number == last and rows[-1] == count - 1
+                if deadline is not None and time.perf_counter() - request.started >= deadline and not is_done:
                     with self.cache.lock:
-                        picture.draw(np.arange(count, count + len(coarse)))
-                        yield self._frame(picture, request, picture.keys, before, np.inf, False)
+                        picture.draw(np.arange(count, len(nodes)))
+                        yield self._frame(picture, request, picture.keys, before, coarse.error, False)
                     return
-            is_last = number == len(passes) - 1
-            error = cut.error if is_last else error_of_part(self.columns, view, self.order, cut, drawn)
+            bound = cut.error if number == last else min(bound, gap + cut.error)
             with self.cache.lock:
-                frame = self._frame(picture, request, picture.keys if is_last else picture.keys.copy(), before, error, is_last)
+                keys = picture.keys if number == last else picture.keys.copy()
+                frame = self._frame(picture, request, keys, before, bound, number == last)
             yield frame
 
-    def _coarse_cut(self, view: SplatView, cut: Cut) -> Int64Array:
+    def _coarse_cut(self, view: SplatView, cut: Cut) -> Cut:
         """Return blocks of a sixteenth as many splats, to fill what is missing when time is up."""
-        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=True).nodes
+        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=True)
 
     def _frame(
         self, picture: SplatPicture, request: Request, keys: Int64Array, before: int, error: float, is_final: bool

@@ -173,7 +173,8 @@ def visit_nodes(
         if nodes.children[node] == 0:
             own[i] = 0.0
         else:
-            own[i] = node_extent(nodes, view, node, nodes.splat_radius[node])
+            x, y, z = nodes.center[node, 0], nodes.center[node, 1], nodes.center[node, 2]
+            own[i] = extent_in_sphere(view, x, y, z, nodes.radius[node], nodes.splat_radius[node])
             if own[i] > error:
                 first, least = nodes.first_child[node], min(above[i], own[i])
                 for child in range(first, first + nodes.children[node]):
@@ -220,9 +221,8 @@ def see_node(
 
 
 @helper_kernel
-def node_extent(nodes: NodeColumns, view: SplatView, node: Integer, length: float) -> float:
-    """Return how many pixels a length in the sphere of a node has at most; past all limits where there is no bound."""
-    x, y, z, radius = nodes.center[node, 0], nodes.center[node, 1], nodes.center[node, 2], nodes.radius[node]
+def extent_in_sphere(view: SplatView, x: float, y: float, z: float, radius: float, length: float) -> float:
+    """Return how many pixels a length in a sphere has at most; past all limits where there is no bound."""
     m = view.matrix
     w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     least = w - view.slope * radius
@@ -233,6 +233,32 @@ def node_extent(nodes: NodeColumns, view: SplatView, node: Integer, length: floa
     stretch = stretch_at(m, u, v)
     stretch += view.slope * (stretch * radius / least)
     return float(min(stretch, view.stretch) * length / least)
+
+
+@kernel
+def largest_gap(
+    view: SplatView, center: Float64Array, radius: Float64Array, low: Float64Array, step: Float64Array, blocks: Int64Array,
+    positions: Array, orders: Array, stride: int,
+) -> float:  # fmt: skip
+    """Return how many pixels a splat may lie from one of the same block that is drawn, where every `stride`th is.
+
+    Shapes  center, low, step: (K, 3); radius: (K,); blocks: (K, 3) first splat, how many are drawn, how many there are;
+            positions: (N, 3); orders: (BLOCK + 1, BLOCK) the place along the curve of each splat in its block.
+    """
+    most = 0.0
+    for b in range(blocks.shape[0]):
+        start, drawn, count = blocks[b, 0], blocks[b, 1], blocks[b, 2]
+        longest = 0.0
+        for i in range(drawn, count):
+            # Those that are drawn come first, in their own order, so the place of the one before this one tells its own.
+            k, q = np.uint64(start + i), np.uint64(start + np.int64(orders[count, i]) // stride)
+            dx = (np.float64(positions[k, 0]) - np.float64(positions[q, 0])) * step[b, 0]
+            dy = (np.float64(positions[k, 1]) - np.float64(positions[q, 1])) * step[b, 1]
+            dz = (np.float64(positions[k, 2]) - np.float64(positions[q, 2])) * step[b, 2]
+            longest = max(longest, dx * dx + dy * dy + dz * dz)
+        x, y, z = center[b, 0], center[b, 1], center[b, 2]
+        most = max(most, extent_in_sphere(view, x, y, z, radius[b], np.sqrt(longest)))
+    return most
 
 
 def cut_tree(

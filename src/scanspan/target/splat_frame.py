@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.assets.camera import Camera
-from scanspan.assets.splats.cache import BlockCache
+from scanspan.assets.splats.cache import ORDERS, BlockCache
 from scanspan.assets.splats.codec import Splats, decode_normals
 from scanspan.raster.write import EMPTY_KEY, NUMBER_MASK
 from scanspan.records import Array, BoolArray, Float32Array, Float64Array, Int64Array, UInt8Array
@@ -98,7 +98,7 @@ class SplatFrame(Frame):
         nodes, places = self._found
         table = self._cache.tree.nodes
         fits = self._cache.tree.splat_count < 2**31
-        numbers = table["first_number"][nodes].astype(np.int64) + places
+        numbers = table["first_number"][nodes].astype(np.int64) + ORDERS[table["count"][nodes], places]
         return np.asarray(self._spread(numbers.astype(np.int32 if fits else np.int64), -1))
 
     @cached_property

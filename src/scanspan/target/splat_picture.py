@@ -11,8 +11,8 @@ from threading import Event
 import numpy as np
 
 from scanspan.assets.camera import Camera
-from scanspan.assets.splats.cache import BlockCache
-from scanspan.geometry.cut import SplatView, stretch_of_nodes
+from scanspan.assets.splats.cache import ORDERS, STRIDES, BlockCache, pass_ends
+from scanspan.geometry.cut import SplatView, largest_gap, stretch_of_nodes
 from scanspan.raster.algorithms import run_bands
 from scanspan.raster.splats import draw_splats, new_keys, pixel_matrix
 from scanspan.records import Float32Array, Int64Array, UInt8Array
@@ -44,22 +44,35 @@ class SplatPicture:
         tree = cache.tree
         table = tree.nodes[nodes]
         self._low, self._step, self._count = table["low"], table["step"], table["count"].astype(np.int64)
+        self._center, self._radius = np.ascontiguousarray(table["center"]), np.ascontiguousarray(table["radius"])
         self._radii = np.zeros((len(table), 2))
-        self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, table["center"], table["radius"]) / LARGEST_SHARE
+        self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE
 
-    def draw(self, rows: Int64Array) -> None:
-        """Draw some blocks, by their rows in the cut."""
+    def draw(self, rows: Int64Array, first_pass: int = 0, last_pass: int = len(STRIDES) - 1) -> None:
+        """Draw some blocks, by their rows in the cut; of each those splats that belong to some passes."""
         for first, last in self.cache.parts(self.nodes[rows]):
-            part = rows[first:last]
-            count, splats = self._count[part], self.cache.splats
-            blocks = np.stack(
-                [self.cache.start[self.nodes[part]], count, part << ROW_BITS, np.zeros(len(part), np.int64)], axis=1
-            )
+            part, splats = rows[first:last], self.cache.splats
+            begin, end = (pass_ends(self._count[part], number) for number in (first_pass - 1, last_pass))
+            start = self.cache.start[self.nodes[part]]
+            blocks = np.stack([start + begin, end - begin, (part << ROW_BITS) + begin, np.zeros_like(begin)], axis=1)
             draw_splats(
                 self.keys, self.size, splats.positions, blocks, self._low[part], self._step[part], self.matrix,
                 radii=self._radii[part], shares=splats.radius, has_far=self.camera.has_far, threads=self.threads,
             )  # fmt: skip
-            self.splats += int(count.sum())
+            self.splats += int((end - begin).sum())
+
+    def gap(self, rows: Int64Array, number: int) -> float:
+        """Return how many pixels a splat of some blocks may lie from one of the same block that is drawn after a pass."""
+        most = 0.0
+        for first, last in self.cache.parts(self.nodes[rows]):
+            part = rows[first:last]
+            blocks = np.stack([self.cache.start[self.nodes[part]], pass_ends(self._count[part], number), self._count[part]], axis=1)
+            found = largest_gap(
+                self.view, self._center[part], self._radius[part], self._low[part], self._step[part], blocks,
+                self.cache.splats.positions, ORDERS, STRIDES[number],
+            )  # fmt: skip
+            most = max(most, float(found))
+        return most
 
     def seen(self) -> Int64Array:
         """Return the numbers that the keys show, ascending."""
