@@ -1,4 +1,4 @@
-"""Splats: the kernels against a loop over all pixels in plain Python, for every kind of coordinate, order and number of threads."""
+"""Splats: the kernels against plain Python over all pixels, for every kind of coordinate, order and number of threads."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ without a branch; the second writes. Off the image lies one place more, behind t
 by depth, then by number, so the order of the splats, and how threads share them, change nothing.
 
 Indices are unsigned. A signed one may count from the end, which has to be looked at, and then the loop that takes the
-coordinates apart is not vectorized: 160 instead of 430 M points/s (docs/decisions/0013-splats.md).
+coordinates apart is not vectorized: 160 instead of 430 M points/s (docs/decisions/0016-splats.md).
 
 Source: M. Schuetz, B. Kerbl, M. Wimmer, Rendering Point Clouds with Compute Shaders (2021), for the packed word.
 """
@@ -146,7 +146,7 @@ def write_disc(keys: Int64Array, wide: float, high: float, across: float, down: 
 
 @bare_helper
 def write_small_disc(keys: Int64Array, wide: float, across: float, down: float, radius: float, word: int) -> None:
-    """Write a disc of less than 1.5 pixels in its window of 3 x 3, all of which lies in the image: a third faster than others."""
+    """Write a disc of less than 1.5 pixels in its window of 3 x 3, all of which lies in the image, a third faster."""
     column, row = np.floor(across + 0.5) - 1.0, np.floor(down + 0.5) - 1.0
     base = np.uint64(row) * np.uint64(wide) + np.uint64(column)
     start, dy = column - across, row - down
