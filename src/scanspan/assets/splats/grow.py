@@ -27,7 +27,7 @@ from scanspan.assets.splats.codec import (
     encode_normals,
     quantise,
 )
-from scanspan.assets.splats.merge import COLUMNS, COSINE, LEVEL, NORMAL_X, RADIUS, RED, X, Z, group_splats, merge_splats
+from scanspan.assets.splats.merge import COLUMNS, COSINE, LEVEL, NORMAL_X, RADIUS, RED, SPARE, X, Z, group_splats, merge_splats
 from scanspan.assets.splats.order import CODE_BITS, level_between
 from scanspan.jit import kernel
 from scanspan.records import Array, Float64Array, Int64Array, Integer
@@ -93,7 +93,7 @@ def make_room(points: int, leaves: int, growth: Growth, has_color: bool, has_nor
     waiting = int(growth.counts[ENTRY_COUNT]), int(growth.counts[SPLAT_COUNT])
     blocks = 2 * (leaves + waiting[0]) + 1
     # Groups have two splats at least, save that of a single one, which is a leaf of its own.
-    splats = 2 * points + 2 * waiting[1] + leaves + BLOCK
+    splats = 2 * points + 2 * waiting[1] + leaves + BLOCK + 2 * SPARE * blocks
     return Room(
         np.zeros((blocks, WHOLE_COLUMNS), np.int64),
         np.zeros((blocks, REAL_COLUMNS)),
@@ -125,7 +125,7 @@ def close_block(count: Integer, height: Integer, frame: Frame, room: Room, growt
     number, first = counts[BLOCKS_MADE], counts[SPLATS_MADE]
     whole, real = room.whole[number], room.real[number]
     starts, ends = room.groups[0], room.groups[1]
-    groups = group_splats(block, count, starts, ends)
+    groups = group_splats(block, count, frame.scale, starts, ends)
 
     # A leaf that keeps every step of the lattice has the error of the lattice alone; means lie between its steps.
     step = block_step(block, count, starts, groups, frame.scale, frame.exact and height == 0)

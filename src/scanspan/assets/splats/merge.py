@@ -1,7 +1,8 @@
 """Groups of about four splats, and the splat that stands for each: averages, a radius that covers them, a cone of normals.
 
-A group is a range of the Morton order, cut where the highest bit differs, so its members share a cell. One that would stand
-alone joins the neighbour that is nearer in the tree: so there are never more groups than half as many as splats.
+A group is a range of the Morton order, cut where the highest bit differs, so its members share a cell, and cut further where they
+lie much farther apart than they reach: one splat that covers both ends of a gap would cover the gap too. Where that leaves more
+than half as many groups as splats, and a few more, one that would stand alone joins the neighbour that is nearer in the tree instead.
 
 The average of colours is that of light, not of codes. The sphere of a parent holds the spheres of its children as they are
 decoded, so it holds everything below, and no hole opens when it is drawn in their place. The price: spheres around spheres are
@@ -26,6 +27,8 @@ COLUMNS = 12
 NO_CONE = -1.0
 
 GROUP = 6  # splats that are not cut further; groups have about four on average
+FEW, SPARE = 64, 4  # among so few splats, so many groups more than half as many are allowed
+LOOSE = 4.0  # times the mean radius and the root of their number, beyond which the diagonal of some splats is much
 FULL_GROUP = 8  # splats of a group that takes in no more of those that stand alone
 SLACK = 1.0 + 1e-9  # by which radii and distances are larger, so that rounding uncovers nothing
 
@@ -44,17 +47,42 @@ def highest_cut(splats: Float64Array, first: Integer, last: Integer) -> int:
 
 
 @kernel
-def group_splats(splats: Float64Array, count: Integer, starts: Int64Array, ends: Int64Array) -> int:
-    """Cut splats into groups; return how many.
+def is_loose(splats: Float64Array, first: Integer, last: Integer, scale: Float64Array) -> bool:
+    """Say whether some splats lie much farther apart than they reach, so that one in their place would hide what is between."""
+    reach, square = 0.0, 0.0
+    for i in range(first, last):
+        reach += splats[i, RADIUS]
+    for axis in range(X, Z + 1):
+        low, high = splats[first, axis], splats[first, axis]
+        for i in range(first + 1, last):
+            low, high = min(low, splats[i, axis]), max(high, splats[i, axis])
+        square += ((high - low) * scale[axis]) ** 2
+    return square * (last - first) > (LOOSE * reach) ** 2
+
+
+@kernel
+def group_splats(splats: Float64Array, count: Integer, scale: Float64Array, starts: Int64Array, ends: Int64Array) -> int:
+    """Cut splats into groups; return how many: no more than half as many as there are splats, and a few.
 
     Writes      starts (K + 1,): the first splat of each group, and `count`.
     Units       splats: rows as above, in Morton order; starts and ends have room for count + 1, the second to work in.
     """
-    # Cut the first part while it is too large; the ends of the others wait, the nearest on top.
+    groups = cut_groups(splats, count, scale, starts, ends, True)
+    spare = SPARE if count <= FEW else 0
+    return groups if groups <= count // 2 + spare else join_lone(splats, count, starts, cut_groups(splats, count, scale, starts, ends, False))
+
+
+@kernel
+def cut_groups(
+    splats: Float64Array, count: Integer, scale: Float64Array, starts: Int64Array, ends: Int64Array, splits_loose: bool
+) -> int:
+    """Cut splats where their highest bit differs while a part is too large, or loose."""
+    # Cut the first part; the ends of the others wait, the nearest on top.
     ends[0] = count
     top, first, groups = 0, 0, 0
     while top >= 0:
-        if ends[top] - first > GROUP:
+        size = ends[top] - first
+        if size > GROUP or (size > 1 and splits_loose and is_loose(splats, first, ends[top], scale)):
             ends[top + 1] = highest_cut(splats, first, ends[top])
             top += 1
             continue
@@ -62,8 +90,13 @@ def group_splats(splats: Float64Array, count: Integer, starts: Int64Array, ends:
         groups += 1
         first = ends[top]
         top -= 1
+    starts[groups] = count
+    return groups
 
-    # Let one that stands alone join the part before it, if that is nearer in the tree and not full, or else the part after it.
+
+@kernel
+def join_lone(splats: Float64Array, count: Integer, starts: Int64Array, groups: Integer) -> int:
+    """Let a splat that stands alone join the part before it, if that is nearer in the tree and not full, or else the part after."""
     joined = 0
     k = 0
     while k < groups:

@@ -16,13 +16,16 @@ from scanspan.records import Array, Float64Array, Int64Array, Integer
 
 WINDOW = 12  # points before and after
 NEIGHBOURS = 4  # the distance to the fourth is taken
+RUN = 256  # points of which none reaches farther than
+LONGEST = 2.0  # times the median: what stands alone, or at the end of a fold of the curve, is not made larger
 
 
 @kernel
 def neighbour_distances(lattice: Int64Array, scale: Float64Array, first: Integer, last: Integer, radius: Array) -> None:
     """Write the distance of each point to the fourth nearest of those near it in the order, to radius (N,).
 
-    Points at the same place do not count. A point without neighbours has 0.
+    Points at the same place do not count. A point without neighbours has 0. Within a run of points, none has more than a multiple
+    of their median.
     """
     nearest = np.empty(NEIGHBOURS)
     for i in range(first, last):
@@ -42,3 +45,28 @@ def neighbour_distances(lattice: Int64Array, scale: Float64Array, first: Integer
         while k > 0 and nearest[k] == np.inf:
             k -= 1
         radius[i] = math.sqrt(nearest[k]) if nearest[k] < np.inf else 0.0
+    for start in range(first, last, RUN):
+        end = min(start + RUN, last)
+        most = LONGEST * median_of(radius, start, end)
+        for i in range(start, end):
+            radius[i] = min(radius[i], most)
+
+
+@kernel
+def median_of(values: Array, first: Integer, last: Integer) -> float:
+    """Return a number that about half of a range of values above 0 are no more than, to within 1 %."""
+    low, high, count = 0.0, 0.0, 0
+    for i in range(first, last):
+        high = max(high, values[i])
+        count += 1 if values[i] > 0.0 else 0
+    for _ in range(40):
+        if high - low <= 0.01 * high:
+            break
+        middle, below = 0.5 * (low + high), 0
+        for i in range(first, last):
+            below += 1 if (values[i] > 0.0) & (values[i] <= middle) else 0
+        if 2 * below >= count:
+            high = middle
+        else:
+            low = middle
+    return high
