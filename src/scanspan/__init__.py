@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scanspan import lectures as lectures
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
+    from scanspan.assets.cloud import PointCloud as PointCloud
     from scanspan.assets.load import load as load
     from scanspan.assets.material import Material as Material
     from scanspan.assets.material import Texture as Texture
@@ -67,6 +68,7 @@ _HOMES = {
     "Mesh": "assets.mesh",
     "ORDERS": "raster.algorithms",
     "OffscreenPoint": "raster.options",
+    "PointCloud": "assets.cloud",
     "Points": "assets.shapes",
     "Polygons": "assets.polygons",
     "Scene": "assets.scene",

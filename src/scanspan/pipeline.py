@@ -138,7 +138,7 @@ def render(
 
     Parameters
     ----------
-    scene : a Scene, or one Mesh, Polygons, Segments, Points or Instance.
+    scene : a Scene, or one Mesh, Polygons, Segments, Points, PointCloud or Instance.
     camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the
         scene fills the picture; None is "iso".
     size : (width, height) in pixels.
@@ -217,7 +217,7 @@ def render(
 def as_scene(scene: Any) -> Scene:
     """Return what was given to `render` as a Scene."""
     if not isinstance(scene, (Scene, Instance, *GEOMETRIES)):
-        expected = "expected a Scene, Mesh, Polygons, Segments, Points or Instance; use load() to read a file"
+        expected = "expected a Scene, Mesh, Polygons, Segments, Points, PointCloud or Instance; use load() to read a file"
         raise InputError(f"scene = {quote(scene)}: {expected}")
     return scene if isinstance(scene, Scene) else Scene(scene)
 

@@ -30,6 +30,8 @@ READERS: dict[str, tuple[str, str, str]] = {
     "glb": ("read_gltf", "read_gltf", "+Y"),
     "3mf": ("read_3mf", "read_3mf", "+Z"),
     "iv": ("read_iv", "read_iv", "+Y"),
+    "las": ("read_las", "read_las", "+Z"),
+    "laz": ("read_las", "read_las", "+Z"),
 }
 """Extension to the reader's module in formats/, its function, and the direction that is up."""
 
@@ -38,6 +40,7 @@ PACKED = (".gz", ".asc")
 
 MAX_BYTES = 2**31
 MAX_TRIANGLES = 100_000_000
+MAX_POINTS = 100_000_000
 MAX_FACE_CORNERS = 10_000
 """Cutting a face takes time that grows with the square of its corners; this many take seconds."""
 
@@ -51,6 +54,7 @@ def load(
     max_triangles: int = MAX_TRIANGLES,
     max_texture_pixels: int = MAX_TEXTURE_PIXELS,
     max_face_corners: int = MAX_FACE_CORNERS,
+    max_points: int = MAX_POINTS,
 ) -> Scene:
     """Read a model file.
 
@@ -61,7 +65,7 @@ def load(
     file_type : the extension to go by, where the name has none or a wrong one.
     nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it.
     max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
-    max_triangles, max_texture_pixels, max_face_corners : largest model, texture and face.
+    max_triangles, max_texture_pixels, max_face_corners, max_points : largest model, texture, face and cloud.
 
     Returns
     -------
@@ -81,6 +85,7 @@ def load(
         as_limit(max_triangles, "max_triangles"),
         as_limit(max_texture_pixels, "max_texture_pixels"),
         as_limit(max_face_corners, "max_face_corners"),
+        as_limit(max_points, "max_points"),
     )
     return _to_scene(*open_model(path, file_type, limits, nonfinite))
 

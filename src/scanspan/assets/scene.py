@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -22,8 +23,8 @@ from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import transform_points
 
-Geometry: TypeAlias = Mesh | Polygons | Segments | Points
-GEOMETRIES = (Mesh, Polygons, Segments, Points)
+Geometry: TypeAlias = Mesh | Polygons | Segments | Points | PointCloud
+GEOMETRIES = (Mesh, Polygons, Segments, Points, PointCloud)
 
 UPS = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 
@@ -32,7 +33,7 @@ def primitive_count(geometry: Geometry) -> int:
     """Return how many primitives a geometry has: faces, polygons, segments or points."""
     if isinstance(geometry, Mesh):
         return geometry.face_count
-    if isinstance(geometry, Polygons):
+    if isinstance(geometry, (Polygons, PointCloud)):
         return geometry.count
     return len(geometry.segments) if isinstance(geometry, Segments) else len(geometry.positions)
 
@@ -43,7 +44,7 @@ class Instance:
 
     Parameters
     ----------
-    geometry : Mesh, Polygons, Segments or Points.
+    geometry : Mesh, Polygons, Segments, Points or PointCloud.
     transform : (4, 4), kept as float64: column vectors, world = transform times local, last row 0 0 0 1. By default the
         identity.
     material : the base colour and texture.
@@ -69,7 +70,9 @@ class Instance:
         self, geometry: Geometry, transform: ArrayLike | None = None, material: Material | None = None, name: str = ""
     ) -> None:
         if not isinstance(geometry, GEOMETRIES):
-            raise InputError(f"geometry: expected a Mesh, Polygons, Segments or Points, got {type(geometry).__name__}")
+            raise InputError(
+                f"geometry: expected a Mesh, Polygons, Segments, Points or PointCloud, got {type(geometry).__name__}"
+            )
         if material is not None and not isinstance(material, Material):
             raise InputError(f"material: expected a Material, got {type(material).__name__}")
         if not isinstance(name, str):
@@ -91,7 +94,7 @@ class Instance:
     def used_positions(self) -> NDArray[np.float64]:
         """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
         geometry = self.geometry
-        if isinstance(geometry, (Points, Polygons)):
+        if isinstance(geometry, (Points, Polygons, PointCloud)):
             return geometry.positions
         used = np.zeros(len(geometry.positions), dtype=bool)
         used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
@@ -100,10 +103,13 @@ class Instance:
     @property
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
+        is_placed = not np.array_equal(self.transform, np.eye(4))
+        if isinstance(self.geometry, PointCloud) and not is_placed:
+            return self.geometry.bounds
         points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)
-        if not np.array_equal(self.transform, np.eye(4)):
+        if is_placed:
             points = transform_points(self.transform, points)[:, :3]
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -133,7 +139,7 @@ class Scene:
 
     Parameters
     ----------
-    instances : one Instance, Mesh, Polygons, Segments, Points or Scene, or a sequence of them.
+    instances : one Instance, Mesh, Polygons, Segments, Points, PointCloud or Scene, or a sequence of them.
     up : the direction that is up: "+X", "-X", "+Y", "-Y", "+Z" or "-Z".
     name : any text, such as the file's name.
     notes : what a reader of a file could not do, one line each, such as a texture that was not found.
@@ -179,7 +185,8 @@ class Scene:
                 listed.append(Instance(thing))
             else:
                 kind = type(thing).__name__
-                raise InputError(f"instances[{number}]: expected a Mesh, Polygons, Segments, Points or Instance, got {kind}")
+                expected = "expected a Mesh, Polygons, Segments, Points, PointCloud or Instance"
+                raise InputError(f"instances[{number}]: {expected}, got {kind}")
         object.__setattr__(self, "instances", tuple(listed))
         object.__setattr__(self, "up", up)
         object.__setattr__(self, "name", str(name))

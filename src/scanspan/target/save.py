@@ -19,8 +19,8 @@ def save(scene: Scene | Instance | Geometry, path: str | os.PathLike[str]) -> No
 
     Parameters
     ----------
-    scene : a Scene, or one Mesh, Polygons, Segments, Points or Instance. What `load` read comes back with the same positions,
-        faces, colours and textures; polygons with holes cannot be written.
+    scene : a Scene, or one Mesh, Polygons, Segments, Points, PointCloud or Instance. What `load` read comes back with the same
+        positions, faces, colours and textures; polygons with holes cannot be written.
     path : where to; the file is either written whole or left as it was.
 
     Raises

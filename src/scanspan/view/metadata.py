@@ -19,10 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.lens import Orthographic, Perspective
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.scene import Instance, Scene, primitive_count
+from scanspan.assets.scene import Geometry, Instance, Scene, primitive_count
 from scanspan.target.frame import Frame
 from scanspan.view.reporter import to_line
 
@@ -154,7 +155,7 @@ def describe_parts(scene: Scene) -> Record:
             {
                 "name": instance.name,
                 "kind": type(instance.geometry).__name__.lower(),
-                "vertices": len(instance.geometry.positions),
+                "vertices": vertex_count(instance.geometry),
                 "triangles": len(instance.geometry.triangles) if isinstance(instance.geometry, Mesh) else 0,
                 "primitives": primitive_count(instance.geometry),
                 "attributes": attributes_of(instance),
@@ -173,11 +174,18 @@ def describe_parts(scene: Scene) -> Record:
     }
 
 
+def vertex_count(geometry: Geometry) -> int:
+    """Return how many positions a geometry has; a cloud would have to work them out."""
+    return geometry.count if isinstance(geometry, PointCloud) else len(geometry.positions)
+
+
 def attributes_of(instance: Instance) -> list[str]:
     """Return the names of what an instance has at its vertices or corners."""
     geometry = instance.geometry
     if isinstance(geometry, Mesh):
         return sorted({*geometry.attributes, *geometry.corners})
+    if isinstance(geometry, PointCloud):
+        return sorted(geometry.columns)
     return [] if geometry.colors is None else ["color"]
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.material import Material, Texture
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -61,8 +62,8 @@ def _instance(instance: Instance, number: int) -> Iterator[str]:
         body = _mesh(geometry, instance)
     elif isinstance(geometry, Segments):
         body = _segments(geometry, instance)
-    elif isinstance(geometry, Points):
-        body = _points(geometry, instance)
+    elif isinstance(geometry, (Points, PointCloud)):
+        body = _points(geometry if isinstance(geometry, Points) else geometry.as_points(), instance)
     else:
         body = _polygons(geometry, instance, number)
     yield from (f"  {line}" for line in body)
