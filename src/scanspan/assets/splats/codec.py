@@ -48,8 +48,8 @@ NORMAL_SINE, NORMAL_COSINE = 0.0348995, 0.9993908
 # of them among those that were made, the height over the leaves, how many children and which.
 LOW_X, LOW_Y, LOW_Z, STEP, COUNT, FIRST, HEIGHT, CHILDREN, CHILD = range(9)
 WHOLE_COLUMNS = CHILD + 8
-# Others: the middle of the box in steps, the radius of the ball around it that holds everything, the largest radius of a splat and
-# the bound on the error, in the world; the axis of the cone as -127 to 127, and its sine in parts of 250.
+# Others: the middle of the box in steps, the radius of the ball around it that holds everything, the largest radius of a splat
+# and the bound on the error, in the world; the axis of the cone as -127 to 127, and its sine in parts of 250.
 MIDDLE_X, MIDDLE_Y, MIDDLE_Z, SPHERE, LARGEST_RADIUS, ERROR, AXIS_X, AXIS_Y, AXIS_Z, SINE = range(10)
 REAL_COLUMNS = 10
 AXIS_UNIT = 127.0

@@ -21,7 +21,7 @@ _KEPT = [
     ("sphere", "<f8"),
     ("largest", "<f8"),
     ("error", "<f8"),
-    ("step", "<u4"),  # steps of the lattice
+    ("step", "<i8"),  # steps of the lattice
     ("page", "<u4"),
     ("middle", "<u2", 3),  # steps from the corner to the centre of the ball
     ("start", "<u2"),
@@ -145,13 +145,20 @@ def node_table(stored: Table, scale: Float64Array) -> tuple[Table, str]:
     if wrong >= 0:
         return nodes, f"node {wrong} does not fit among {count} nodes"
     finite: BoolArray = np.isfinite(stored["sphere"]) & np.isfinite(stored["largest"]) & np.isfinite(stored["error"])
-    sound = finite & (stored["sphere"] >= 0) & (stored["largest"] >= 0) & (stored["error"] >= 0) & (stored["step"] > 0)
+    sound = (
+        finite
+        & (stored["sphere"] >= 0)
+        & (stored["largest"] >= 0)
+        & (stored["error"] >= 0)
+        & (stored["step"] > 0)
+        & (stored["step"] < 1 << 44)
+    )
     sound &= (np.abs(low) < 1 << 52).all(axis=1) & (stored["children"] <= 8) & (stored["axis"] != 0).any(axis=1)
     if not sound.all():
         return nodes, f"node {int(np.argmin(sound))} has numbers that cannot be"
 
     nodes["low"], nodes["step"] = low * scale, stored["step"][:, None] * scale
-    nodes["center"] = (low + stored["step"][:, None].astype(np.int64) * stored["middle"]) * scale
+    nodes["center"] = (low + stored["step"][:, None] * stored["middle"]) * scale
     nodes["radius"], nodes["splat_radius"], nodes["error"] = stored["sphere"], stored["largest"], stored["error"]
     axis = stored["axis"].astype(np.float64)
     nodes["cone_axis"] = axis / np.sqrt((axis * axis).sum(axis=1))[:, None]

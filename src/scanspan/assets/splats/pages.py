@@ -6,8 +6,8 @@ and keeps it, because its neighbours are wanted next.
 
 Each plane holds one byte of one number of all splats: of the difference of each coordinate to that of the splat before (zigzag,
 so that small ones of either sign have a high byte of 0); the radius; green, red less green and blue less green, again as
-differences; both halves of the normal likewise, and the bits of the cone. Every plane is a frame of zstd of its own, as one table
-of codes for all would fit none. The price: a page is decoded whole.
+differences; both halves of the normal likewise, and the bits of the cone. Every plane is a frame of zstd of its own, as one
+table of codes for all would fit none. The price: a page is decoded whole.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from scanspan.assets.splats.codec import Splats
 from scanspan.errors import InputError
 from scanspan.jit import kernel
-from scanspan.records import Array, UInt8Array
+from scanspan.records import UInt8Array
 
 PAGE = 8192  # splats at most
 LEVEL = 1  # of zstd; higher ones gained nothing (docs/decisions/0017-trees-of-splats.md)
@@ -136,18 +136,22 @@ def unpack_bytes(content: bytes | memoryview, planes: UInt8Array, decompressor: 
     if sum(lengths) != len(content) - 4 * count:
         return f"expected planes of {len(content) - 4 * count} bytes in all, got {sum(lengths)}"
     place = 4 * count
+    package = zstandard()
     for p, length in enumerate(lengths):
+        # Ask for the size first, so that no frame takes more memory than it may.
+        frame = content[place : place + length]
         try:
-            plane = decompressor.decompress(content[place : place + length], max_output_size=size)
-        except zstandard().ZstdError as error:
+            found = package.frame_content_size(frame)
+            plane = decompressor.decompress(frame) if found == size else b""
+        except package.ZstdError as error:
             return f"plane {p} cannot be decompressed ({error})"
-        if len(plane) != size:
-            return f"expected {size} bytes in plane {p}, got {len(plane)}"
+        if found != size or len(plane) != size:
+            return f"expected {size} bytes in plane {p}, got {found}"
         planes[p] = np.frombuffer(plane, np.uint8)
         place += length
     return ""
 
 
-def checksum(content: Array | bytes | memoryview) -> int:
+def checksum(content: bytes) -> int:
     """Return the CRC-32 of some bytes."""
     return zlib.crc32(content)

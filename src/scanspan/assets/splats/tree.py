@@ -21,6 +21,7 @@ from scanspan.errors import InputError
 from scanspan.jit import kernel
 from scanspan.records import Float64Array, Int64Array
 
+
 class Pages(Protocol):
     """Where splats come from."""
 
@@ -80,12 +81,15 @@ class SplatTree:
     nodes : (M,) structured, see NODE: the root first, children after their parents; no node at all in an empty tree.
     origin : (3,) float64, what places are relative to.
     has_color, has_normals : whether splats have these.
+    lattice : offset, scale and base, (3,) each: a place is offset + scale * (base + n) for whole numbers n. A cloud of whole
+        numbers with a scale and an offset keeps them, and base + n are its numbers where the step is one.
     """
 
     nodes: NDArray[np.void]
     origin: Float64Array
     has_color: bool
     has_normals: bool
+    lattice: tuple[Float64Array, Float64Array, Int64Array]
 
     def __init__(self, nodes: NDArray[np.void], origin: Float64Array, pages: Pages, has_color: bool, has_normals: bool) -> None:
         self.nodes = nodes
@@ -93,6 +97,7 @@ class SplatTree:
         self.has_color = has_color
         self.has_normals = has_normals
         self._pages = pages
+        self.lattice = origin, np.ones(3), np.zeros(3, np.int64)
 
     def __repr__(self) -> str:
         points, nodes, levels = self.point_count, len(self.nodes), self.level_count
