@@ -1,118 +1,119 @@
-"""Trees of splats from points: checked, put on a lattice, ordered, and grown block by block."""
+"""Trees of splats from points of any number in bounded memory: put on a lattice, sorted into cells, grown cell by cell.
+
+Points that fit are sorted in memory. Others go through files beside the target, in a folder that is named after it: the first
+pass finds bounds, the second writes each point to its cell, and then the blocks of one cell after the other go to the target.
+A journal in that folder says how far the build has come, so that it goes on there after a crash. The tree depends on the points
+and their order alone, and so do the bytes of its file: not on memory, nor on the pieces in which points come.
+"""
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
+from scanspan.assets.mesh import NONFINITE
+from scanspan.assets.splats.builder import HIGHEST, Builder, Heard, header_of, join_rows, kept_columns, lattice_of, rows_of
+from scanspan.assets.splats.cells import Cell
+from scanspan.assets.splats.job import build_file
+from scanspan.assets.splats.source import open_source, total
+from scanspan.assets.splats.target import MemoryTarget
+from scanspan.assets.splats.tree import SplatTree
+from scanspan.errors import InputError, unknown_name
 
-from scanspan.assets.arrays import as_colors, as_floats, quote_row
-from scanspan.assets.splats.codec import BLOCK, FIRST
-from scanspan.assets.splats.grow import (
-    BLOCKS_MADE,
-    SPLATS_MADE,
-    Frame,
-    SortedPoints,
-    add_leaves,
-    finish_growth,
-    make_growth,
-    make_room,
-)
-from scanspan.assets.splats.order import AXIS_BITS, cut_ranges, order_points
-from scanspan.assets.splats.spacing import neighbour_distances
-from scanspan.assets.splats.tree import MemoryPages, SplatTree, node_table
-from scanspan.color.transfer import LIGHT_OF_CODES, linear_from_srgb
-from scanspan.errors import InputError
-from scanspan.records import Float64Array, Int64Array
-
-LATTICE_STEPS_BITS = 40  # of the extent of points that bring no lattice of their own
-LARGEST_COORDINATE = 1e100
-
-# Light between two codes, half way between them as they are encoded.
-BORDERS = linear_from_srgb((np.arange(255) + 0.5) / 255.0)
+NORMALS = ("given", "none", "estimate")
+POINT_BYTES = 170  # of memory that a point takes while its cell is built
+BASE_BYTES = 190 << 20  # that Python and the compiled code take
+LEAST_MEMORY = 256 << 20
 
 
-class Lattice(NamedTuple):
-    """Whole numbers that places are kept as: a place is origin + scale * number."""
+def as_bytes(memory: Any) -> int:
+    """Return how many bytes a text such as "512MB" or a number stands for.
 
-    origin: Float64Array  # (3,)
-    scale: Float64Array  # (3,)
-    shift: int  # bits of a number that the first Morton code leaves out
-    error: float  # between a place and its number, in the world
+    Raises
+    ------
+    InputError : anything else, or less than is needed at all.
 
-
-def lattice_of_bounds(low: Float64Array, high: Float64Array) -> Lattice:
-    """Return a lattice for places between two corners: its step is a power of two, 2^-40 of the extent."""
-    extent = float((high - low).max())
-    # Points at one place have no extent; any step will do.
-    exponent = math.frexp(extent)[1] - LATTICE_STEPS_BITS if extent > 0.0 else -LATTICE_STEPS_BITS
-    step = math.ldexp(1.0, exponent)
-    scale = np.full(3, step)
-    return Lattice(low.copy(), scale, LATTICE_STEPS_BITS + 1 - AXIS_BITS, float(0.5 * step * math.sqrt(3.0)))
-
-
-def on_lattice(positions: Float64Array, lattice: Lattice) -> Int64Array:
-    """Return the numbers of places (N, 3)."""
-    return np.rint((positions - lattice.origin) / lattice.scale).astype(np.int64)
+    >>> as_bytes("1GB")
+    1073741824
+    """
+    units = {"KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30, "TB": 1 << 40}
+    text = str(memory).strip().upper().replace(" ", "").replace("IB", "B")
+    try:
+        size = float(text[:-2]) * units[text[-2:]] if text[-2:] in units else float(text)
+        count = int(size)
+    except (ValueError, OverflowError):
+        raise InputError(f'max_memory: expected bytes, or a text such as "512MB", got {memory!r}') from None
+    if count < LEAST_MEMORY:
+        raise InputError(f'max_memory: expected at least "{LEAST_MEMORY >> 20}MB", got {memory!r}')
+    return count
 
 
-def build_in_memory(
-    positions: ArrayLike,
-    color: ArrayLike | None = None,
-    normals: ArrayLike | None = None,
-    radius: ArrayLike | None = None,
+def build_tree(
+    source: Any,
+    path: str | Path | None = None,
+    *,
+    normals: str = "given",
+    exact: bool = False,
+    max_memory: str | int = "512MB",
+    resume: bool = False,
+    nonfinite: str = "error",
+    progress: Heard | None = None,
 ) -> SplatTree:
-    """Return the tree of some points, all in memory.
+    """Return the tree of splats of some points, in memory or written to a file.
 
-    >>> rng = np.random.default_rng(1)
-    >>> build_in_memory(rng.random((1000, 3)))
+    Parameters
+    ----------
+    source : a path of points, a PointCloud, an array (N, 3), a Mesh (its vertices), a dict of what PointCloud takes and
+        "radius" (N,), or an iterator of pieces of these. No points make a tree without nodes, of which nothing is drawn.
+    path : the file to write; None keeps the tree in memory, however large it is.
+    normals : "given" keeps those of the source; "none" leaves them out; "estimate" finds them from neighbours, without saying
+        which side is out, so that nothing is taken to face away.
+    exact : whether points keep the whole numbers that they have in the source, where those of a block fit in 16 bits; the file
+        is larger. Else they are rounded to a tenth of what the classic format rounds to.
+    max_memory : bytes, or a text such as "512MB"; 256 MB at least. Beside it there are some 100 bytes for each node.
+    resume : go on with a build to the same path that was cut off; the source is then read again only if need be.
+    nonfinite : "error" raises for a point that is not finite, "drop" leaves it out.
+    progress : called with what is being done, how many points are done, and how many there are, or 0 while that is not known.
+
+    Raises
+    ------
+    InputError : points or options that cannot be used.
+    FormatError : a file of points that cannot be read, or a build that cannot be gone on with.
+
+    Examples
+    --------
+    >>> build_tree(np.random.default_rng(1).random((1000, 3)))
     SplatTree(1,000 points, ...)
     """
-    places = as_floats(positions, 3, "positions")
-    if not np.isfinite(places).all():
-        row = int(np.flatnonzero(~np.isfinite(places).all(axis=1))[0])
-        raise InputError(f"expected finite positions, got {quote_row(places, 'positions', row)}")
-    count = len(places)
-    colors = np.zeros((0, 3), np.uint8) if color is None else as_colors(color, [count], "color")[:, :3]
-    if colors.dtype != np.uint8:
-        colors = np.rint(colors * 255).astype(np.uint8)
-    directions = np.zeros((0, 3), np.float32) if normals is None else as_floats(normals, 3, "normals").astype(np.float32)
-    if count == 0:
-        return SplatTree(node_table(*_nothing()), np.zeros(3), MemoryPages([]), color is not None, normals is not None)
-
-    lattice = lattice_of_bounds(places.min(axis=0), places.max(axis=0))
-    numbers = on_lattice(places, lattice)
-    order, codes, rests = order_points(numbers, lattice.shift)
-    numbers = numbers[order]
-    if radius is None:
-        reach = np.empty(count, np.float32)
-        neighbour_distances(numbers, lattice.scale, 0, count, reach)
-    else:
-        reach = np.asarray(radius, np.float32)[order]
-    points = SortedPoints(
-        numbers, reach, colors[order] if len(colors) else colors, directions[order] if len(directions) else directions
-    )
-
-    frame = Frame(lattice.scale, lattice.error, LIGHT_OF_CODES, BORDERS, False, True)
-    growth = make_growth()
-    starts = np.zeros((2 * count // BLOCK * 8 + 256, 2), np.int64)
-    starts = np.zeros((count + 1, 2), np.int64)
-    leaves = cut_ranges(codes, rests, 0, count, BLOCK, 1000, starts)
-    starts[leaves, 0] = count
-    room = make_room(count, leaves, growth, len(colors) > 0, len(directions) > 0)
-    add_leaves(points, codes, rests, starts, leaves, frame, room, growth)
-    finish_growth(frame, room, growth)
-
-    blocks, splats = int(growth.counts[BLOCKS_MADE]), int(growth.counts[SPLATS_MADE])
-    whole, real = room.whole[:blocks], room.real[:blocks]
-    page = type(room.splats)(*(array[:splats] for array in room.splats))
-    nodes = node_table(whole, real, lattice.scale, np.zeros(blocks, np.int64), whole[:, FIRST].copy())
-    return SplatTree(nodes, lattice.origin, MemoryPages([page]), color is not None, normals is not None)
+    if normals not in NORMALS:
+        raise unknown_name("value of normals", normals, NORMALS)
+    if nonfinite not in NONFINITE:
+        raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
+    memory = as_bytes(max_memory)
+    size = max((memory - BASE_BYTES) // POINT_BYTES, 1 << 16)
+    if path is None:
+        if resume:
+            raise InputError("resume: expected a path, a tree in memory cannot be gone on with")
+        return _build_in_memory(source, normals, exact, nonfinite, progress or _ignore)
+    place = Path(path)
+    if place.is_dir() or not place.parent.is_dir():
+        raise InputError(f"path: expected a file in a folder that exists, got {str(path)!r}")
+    options = {"normals": normals, "exact": exact, "nonfinite": nonfinite}
+    return build_file(place, source, options, size, resume, progress or _ignore)
 
 
-def _nothing() -> tuple[Int64Array, Float64Array, Float64Array, Int64Array, Int64Array]:
-    """Return the numbers of no block."""
-    none = np.zeros(0, np.int64)
-    return np.zeros((0, 16), np.int64), np.zeros((0, 10)), np.ones(3), none, none
+def _ignore(stage: str, done: int, count: int) -> None:
+    """Tell nobody."""
+
+
+def _build_in_memory(source: Any, normals: str, exact: bool, nonfinite: str, heard: Heard) -> SplatTree:
+    """Return the tree of points, all in memory."""
+    kept = list(open_source(source, nonfinite)[0])
+    totals = total(kept, lambda count: heard("read", count, 0))
+    lattice = lattice_of(totals)
+    names = kept_columns(totals.names, normals)
+    builder = Builder(lattice, names, normals == "estimate", exact, MemoryTarget(header_of(lattice, totals.names, normals)))
+    if totals.points:
+        builder.add(Cell(join_rows(rows_of(kept, lattice, normals), lattice, names), HIGHEST, 0))
+    heard("build", totals.points, totals.points)
+    return builder.finish(totals.points)

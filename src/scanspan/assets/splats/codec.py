@@ -48,11 +48,14 @@ NORMAL_SINE, NORMAL_COSINE = 0.0348995, 0.9993908
 # of them among those that were made, the height over the leaves, how many children and which.
 LOW_X, LOW_Y, LOW_Z, STEP, COUNT, FIRST, HEIGHT, CHILDREN, CHILD = range(9)
 WHOLE_COLUMNS = CHILD + 8
-# Others, in the world: centre and radius of the ball around everything, the largest radius of a splat, the bound on the error,
-# the axis of the cone and its sine.
-CENTER_X, CENTER_Y, CENTER_Z, SPHERE, LARGEST_RADIUS, ERROR, AXIS_X, AXIS_Y, AXIS_Z, SINE = range(10)
+# Others: the middle of the box in steps, the radius of the ball around it that holds everything, the largest radius of a splat
+# and the bound on the error, in the world; the axis of the cone as -127 to 127, and its sine in parts of 250.
+MIDDLE_X, MIDDLE_Y, MIDDLE_Z, SPHERE, LARGEST_RADIUS, ERROR, AXIS_X, AXIS_Y, AXIS_Z, SINE = range(10)
 REAL_COLUMNS = 10
-NO_SINE = 2.0  # of a node of which nothing is known to face away
+AXIS_UNIT = 127.0
+SINE_UNIT = 250.0
+NO_SINE = 255.0  # of a node of which nothing is known to face away
+MANTISSA = 4096.0  # lengths of a node are rounded up to 12 bits, which compress well
 
 
 class Splats(NamedTuple):
@@ -110,6 +113,13 @@ def cone_bits(cosine: float) -> Integer:
     )
 
 
+@helper_kernel
+def round_up(length: float) -> float:
+    """Return the next larger number of 12 bits, or 0."""
+    mantissa, exponent = math.frexp(length)
+    return math.ldexp(math.ceil(mantissa * MANTISSA) / MANTISSA, exponent)
+
+
 @kernel
 def block_step(
     splats: Float64Array, count: Integer, groups: Int64Array, group_count: Integer, scale: Float64Array, exact: bool
@@ -143,11 +153,11 @@ def quantise(
 ) -> None:
     """Write places, radii and normals of a block, and put its splats where they will be decoded, their radii enlarged likewise.
 
-    Writes      out from `first` on; LOW_X to FIRST of whole, CENTER_X to ERROR of real; X to RADIUS of splats.
+    Writes      out from `first` on; LOW_X to FIRST of whole, MIDDLE_X to ERROR of real; X to RADIUS of splats.
     Units       error: between the decoded and the true place, in the world.
     """
     whole[STEP], whole[COUNT], whole[FIRST] = step, count, first
-    real[ERROR] = error
+    real[ERROR] = round_up(error)
     for axis in range(X, Z + 1):
         low, high = splats[0, axis], splats[0, axis]
         for i in range(1, count):
@@ -158,24 +168,24 @@ def quantise(
             steps = math.floor((splats[i, axis] - corner) / step + 0.5)
             out.positions[first + i, axis] = np.uint16(steps)
             splats[i, axis] = corner + steps * step
-        real[CENTER_X + axis] = (low + high) / 2.0 * scale[axis]
+        real[MIDDLE_X + axis] = math.floor((high - corner) / step * 0.5 + 0.5)
 
-    # Round radii up to a share of the largest, which is kept as a float32 and must not be less.
+    # Round radii up to a share of the largest.
     largest = 0.0
     for i in range(count):
         largest = max(largest, splats[i, RADIUS])
-    largest = float(np.float32((largest + error) * (1.0 + 1e-6)))
+    largest = round_up((largest + error) * (1.0 + 1e-6))
     real[LARGEST_RADIUS] = largest
     reach = 0.0
     for i in range(count):
         share = math.ceil((splats[i, RADIUS] + error) * SLACK / largest * RADIUS_LEVELS) if largest > 0.0 else 0.0
         out.radius[first + i] = np.uint8(share * RADIUS_UNIT)
         splats[i, RADIUS] = share / RADIUS_LEVELS * largest
-        dx = splats[i, X] * scale[0] - real[CENTER_X]
-        dy = splats[i, X + 1] * scale[1] - real[CENTER_Y]
-        dz = splats[i, Z] * scale[2] - real[CENTER_Z]
+        dx = (splats[i, X] - whole[LOW_X] - step * real[MIDDLE_X]) * scale[0]
+        dy = (splats[i, X + 1] - whole[LOW_Y] - step * real[MIDDLE_Y]) * scale[1]
+        dz = (splats[i, Z] - whole[LOW_Z] - step * real[MIDDLE_Z]) * scale[2]
         reach = max(reach, math.sqrt(dx * dx + dy * dy + dz * dz) + splats[i, RADIUS])
-    real[SPHERE] = reach * (1.0 + 1e-6)
+    real[SPHERE] = round_up(reach * (1.0 + 1e-6))
 
 
 @kernel
@@ -186,7 +196,7 @@ def encode_normals(
 
     Writes      normals from `first` on; AXIS_X to SINE of real.
     """
-    real[AXIS_X], real[AXIS_Y], real[AXIS_Z], real[SINE] = 0.0, 0.0, 1.0, NO_SINE
+    real[AXIS_X], real[AXIS_Y], real[AXIS_Z], real[SINE] = 0.0, 0.0, AXIS_UNIT, NO_SINE
     if len(normals) == 0:
         return
     x, y, z = 0.0, 0.0, 0.0
@@ -197,14 +207,21 @@ def encode_normals(
         y += ny
         z += nz
 
-    # Widen the cone by the error of the codes, so that it holds the normals as they are decoded too.
+    # Round the axis first, so that the cone is around the axis as it is decoded.
     length = math.sqrt(x * x + y * y + z * z)
     if length < 1e-6 or not oriented:
         return
+    x = math.floor(x / length * AXIS_UNIT + 0.5)
+    y = math.floor(y / length * AXIS_UNIT + 0.5)
+    z = math.floor(z / length * AXIS_UNIT + 0.5)
+    length = math.sqrt(x * x + y * y + z * z)
     cosine = cone_cosine(splats, 0, count, x / length, y / length, z / length)
     if cosine == NO_CONE:
         return
+
+    # Widen it by the error of the codes, so that it holds the normals as they are decoded too.
     cosine = cosine * NORMAL_COSINE - math.sqrt(max(1.0 - cosine * cosine, 0.0)) * NORMAL_SINE
     if cosine > 0.0:
-        real[AXIS_X], real[AXIS_Y], real[AXIS_Z] = x / length, y / length, z / length
-        real[SINE] = math.sqrt(max(1.0 - cosine * cosine, 0.0)) * SLACK + 1e-6
+        sine = math.sqrt(max(1.0 - cosine * cosine, 0.0)) + 1e-6
+        real[AXIS_X], real[AXIS_Y], real[AXIS_Z] = x, y, z
+        real[SINE] = math.ceil(sine * SINE_UNIT) if sine < 1.0 else NO_SINE

@@ -22,7 +22,7 @@ CODE_BITS = 3 * AXIS_BITS
 LATTICE_BITS = 2 * AXIS_BITS  # of a coordinate: those of the code and of the one below
 DIGIT_BITS = 11
 DIGITS = 1 << DIGIT_BITS
-LONG_RUN = 32  # points of one code that are worth a second sort
+LONG_RUN = 32  # points of one code that are sorted by insertion
 
 
 @helper_kernel
@@ -98,6 +98,31 @@ def sorted_order(codes: Int64Array) -> Int64Array:
     return order
 
 
+@kernel
+def sort_short_runs(codes: Int64Array, rests: Int64Array, order: Int64Array) -> Int64Array:
+    """Sort rests and order within runs of one code, by insertion; return where runs too long for that start and end, (R, 2)."""
+    count = len(codes)
+    long_runs = np.empty((count // LONG_RUN + 1, 2), np.int64)
+    found = 0
+    first = 0
+    while first < count:
+        end = first + 1
+        while end < count and codes[end] == codes[first]:
+            end += 1
+        if end - first > LONG_RUN:
+            long_runs[found, 0], long_runs[found, 1] = first, end
+            found += 1
+        else:
+            for i in range(first + 1, end):
+                rest, number, j = rests[i], order[i], i
+                while j > first and rests[j - 1] > rest:
+                    rests[j], order[j] = rests[j - 1], order[j - 1]
+                    j -= 1
+                rests[j], order[j] = rest, number
+        first = end
+    return long_runs[:found]
+
+
 def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Array, Int64Array]:
     """Return the order of points on a lattice, and their two codes in that order.
 
@@ -109,8 +134,7 @@ def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Arra
     Returns
     -------
     order : (N,) numbers of points.
-    codes, rests : (N,) the first and the second code of each, sorted; the second codes are sorted within runs of more than 32
-        points of one first code, and have no entries if `shift` is 0.
+    codes, rests : (N,) the first and the second code of each, sorted; rests has no entries if `shift` is 0.
 
     >>> order, codes, rests = order_points(np.array([[3, 0, 0], [0, 0, 1], [0, 2, 0]]), 0)
     >>> order.tolist(), codes.tolist(), rests.tolist()
@@ -122,12 +146,10 @@ def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Arra
     if shift == 0:
         return order, codes, np.empty(0, np.int64)
 
-    # Sort the rest within long runs of one code; in short ones nothing is gained.
+    # Sort by the rest within runs of one code.
     rests = morton_rests(lattice, shift)[order]
-    ends = np.append(np.flatnonzero(codes[1:] != codes[:-1]) + 1, len(codes))
-    lengths = np.diff(ends, prepend=0)
-    for end, length in zip(ends[lengths > LONG_RUN].tolist(), lengths[lengths > LONG_RUN].tolist()):
-        run = slice(end - length, end)
+    for first, end in sort_short_runs(codes, rests, order).tolist():
+        run = slice(first, end)
         inner = sorted_order(rests[run])
         order[run] = order[run][inner]
         rests[run] = rests[run][inner]
@@ -156,18 +178,20 @@ def level_between(codes: Int64Array, rests: Int64Array, i: Integer, j: Integer) 
 
 @kernel
 def cut_ranges(
-    codes: Int64Array, rests: Int64Array, first: Integer, last: Integer, size: Integer, separator: Integer, starts: Int64Array
+    codes: Int64Array, rests: Int64Array, size: Integer, separator: Integer, halved: Integer, starts: Int64Array
 ) -> int:
-    """Cut a range of sorted points where their highest bit differs until no part has more than `size`; return how many parts.
+    """Cut sorted points where their highest bit differs until no part has more than `size`; return how many parts there are.
 
     Points that lie at one place are cut in half.
 
-    Writes      starts (K, 2): the first point of each part, and the level at which it parts from the one before; halves part at
-                levels below 0. That of the first part is `separator`.
-    Units       first, last: half-open; a range that is a whole cell, or all points.
+    Writes      starts (K + 1, 2): the first point of each part, and the level at which it parts from the one before; halves
+                part at levels below 0. That of the first part is `separator`. At the end the number of points. Room for
+                N / 2 + 3.
+    Units       codes: of a whole cell, or of all points; halved: how often points of one place were halved until these were
+                left.
     """
     waiting = np.empty((256, 4), np.int64)
-    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = first, last, separator, 0
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, len(codes), separator, halved
     top, parts = 1, 0
     while top > 0:
         top -= 1
@@ -197,4 +221,5 @@ def cut_ranges(
         waiting[top, 0], waiting[top, 1], waiting[top, 2], waiting[top, 3] = middle, b, inner, halvings
         waiting[top + 1, 0], waiting[top + 1, 1], waiting[top + 1, 2], waiting[top + 1, 3] = a, middle, level, halvings
         top += 2
+    starts[parts, 0], starts[parts, 1] = len(codes), 0
     return parts

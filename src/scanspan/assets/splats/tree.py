@@ -15,30 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.splats.codec import Splats
+from scanspan.assets.splats.nodes import NODE as NODE
+from scanspan.assets.splats.pages import make_splats
 from scanspan.errors import InputError
 from scanspan.jit import kernel
-from scanspan.records import Array, Float64Array, Int64Array
-
-NODE = np.dtype(
-    [
-        ("low", "f8", 3),  # a decoded place is tree.origin + low + step * q; q are the whole numbers of the block
-        ("step", "f8", 3),
-        ("center", "f8", 3),  # of a ball around everything below with the radii of the splats; from tree.origin
-        ("radius", "f8"),
-        ("splat_radius", "f4"),  # the largest of the block
-        ("error", "f4"),  # of a decoded place at most; of a leaf: from the point that was given
-        ("cone_axis", "f4", 3),  # every normal below is within the angle of that sine; a sine above 1: nothing is known
-        ("cone_sine", "f4"),
-        ("first_child", "u4"),  # children follow each other
-        ("children", "u1"),  # 0: a leaf
-        ("level", "u1"),  # 0 is the root
-        ("count", "u2"),  # splats of the block, 1 to 256
-        ("first_number", "u8"),  # of its first splat, counted over all nodes in order
-        ("page", "u4"),  # where its splats lie
-        ("start", "u4"),  # and which of the page is the first
-    ]
-)  # fmt: skip
-"""The table of nodes: the root first, then level by level; lengths in units of the world."""
+from scanspan.records import Float64Array, Int64Array
 
 
 class Pages(Protocol):
@@ -100,12 +81,15 @@ class SplatTree:
     nodes : (M,) structured, see NODE: the root first, children after their parents; no node at all in an empty tree.
     origin : (3,) float64, what places are relative to.
     has_color, has_normals : whether splats have these.
+    lattice : offset, scale and base, (3,) each: a place is offset + scale * (base + n) for whole numbers n. A cloud of whole
+        numbers with a scale and an offset keeps them, and base + n are its numbers where the step is one.
     """
 
     nodes: NDArray[np.void]
     origin: Float64Array
     has_color: bool
     has_normals: bool
+    lattice: tuple[Float64Array, Float64Array, Int64Array]
 
     def __init__(self, nodes: NDArray[np.void], origin: Float64Array, pages: Pages, has_color: bool, has_normals: bool) -> None:
         self.nodes = nodes
@@ -113,6 +97,7 @@ class SplatTree:
         self.has_color = has_color
         self.has_normals = has_normals
         self._pages = pages
+        self.lattice = origin, np.ones(3), np.zeros(3, np.int64)
 
     def __repr__(self) -> str:
         points, nodes, levels = self.point_count, len(self.nodes), self.level_count
@@ -153,12 +138,7 @@ class SplatTree:
 
     def room(self, count: int) -> Splats:
         """Return arrays for `count` splats of this tree, for `read_many`."""
-        return Splats(
-            np.empty((count, 3), np.uint16),
-            np.empty(count, np.uint8),
-            np.empty((count if self.has_color else 0, 3), np.uint8),
-            np.empty(count if self.has_normals else 0, np.uint16),
-        )
+        return make_splats(count, self.has_color, self.has_normals)
 
     def read_many(self, nodes: ArrayLike, out: Splats | None = None) -> Blocks:
         """Return the splats of some nodes, those of a node together.
@@ -193,57 +173,3 @@ class SplatTree:
             copy_blocks(chosen, begin, starts, self._pages.page(int(pages[chosen[0]])), splats)
             first = end
         return Blocks(starts, splats)
-
-
-@kernel
-def number_nodes(children: Int64Array, order: Int64Array, level: Array, first_child: Int64Array) -> None:
-    """Write the numbers of nodes, level by level.
-
-    Writes      order (M,): which block each node is; level and first_child (M,), of nodes.
-    Units       children (M, 9): how many, and which blocks; the root is the last block.
-    """
-    count = len(children)
-    order[0] = count - 1
-    level[0] = 0
-    end = 1
-    for node in range(count):
-        block = order[node]
-        first_child[node] = end if children[block, 0] else 0
-        for c in range(children[block, 0]):
-            order[end] = children[block, 1 + c]
-            level[end] = level[node] + 1
-            end += 1
-
-
-def node_table(
-    whole: Int64Array, real: Float64Array, scale: Float64Array, page: Int64Array, start: Int64Array
-) -> NDArray[np.void]:
-    """Return the table of nodes from the numbers of the blocks, whose last one is the root.
-
-    Parameters
-    ----------
-    whole, real : (M, ...) the columns of codec.py.
-    scale : (3,) a step of the lattice.
-    page, start : (M,) where the splats of each block lie.
-    """
-    from scanspan.assets.splats import codec
-
-    count = len(whole)
-    nodes = np.zeros(count, NODE)
-    if count == 0:
-        return nodes
-    order, first_child = np.empty(count, np.int64), np.empty(count, np.int64)
-    children = np.ascontiguousarray(whole[:, codec.CHILDREN : codec.CHILD + 8])
-    number_nodes(children, order, nodes["level"], first_child)
-    whole, real = whole[order], real[order]
-    nodes["low"] = whole[:, codec.LOW_X : codec.LOW_X + 3] * scale
-    nodes["step"] = whole[:, codec.STEP, None] * scale
-    nodes["center"], nodes["radius"] = real[:, :3], real[:, codec.SPHERE]
-    nodes["splat_radius"] = real[:, codec.LARGEST_RADIUS]
-    nodes["error"] = np.nextafter(real[:, codec.ERROR].astype(np.float32), np.float32(np.inf))
-    nodes["cone_axis"], nodes["cone_sine"] = real[:, codec.AXIS_X : codec.AXIS_X + 3], real[:, codec.SINE]
-    nodes["first_child"], nodes["children"] = first_child, whole[:, codec.CHILDREN]
-    nodes["count"] = whole[:, codec.COUNT]
-    nodes["first_number"][1:] = np.cumsum(whole[:-1, codec.COUNT])
-    nodes["page"], nodes["start"] = page[order], start[order]
-    return nodes
