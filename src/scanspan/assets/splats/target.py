@@ -82,11 +82,24 @@ class Target:
             copy_blocks(np.arange(len(chosen)), whole[chosen, FIRST], starts, splats, part)
             self.pending.setdefault(int(page[chosen[0]]), (int(whole[chosen[0], HEIGHT]), []))[1].append(part)
             first = end
-        self._hand_on(set(self.open_pages[:, NUMBER].tolist()))
+        self._hand_on(is_last=False)
 
-    def _hand_on(self, kept: set[int]) -> None:
-        """Write the pages that no block will be added to."""
-        for number in sorted(set(self.pending) - kept):
+    def _hand_on(self, is_last: bool) -> None:
+        """Write the pages that are complete: those that another of their height follows, or all at the end.
+
+        They are written in the order in which others took their places, so that it does not matter how often this is called.
+        """
+        followers: dict[int, int] = {}
+        latest: dict[int, int] = {}
+        for number in sorted(self.pending, reverse=True):
+            height = self.pending[number][0]
+            if height in latest:
+                followers[number] = latest[height]
+            latest[height] = number
+        ready = sorted(followers, key=followers.__getitem__)
+        if is_last:
+            ready += sorted(set(self.pending) - set(followers))
+        for number in ready:
             height, parts = self.pending.pop(number)
             self.write_page(number, height, _joined(parts))
 
@@ -109,7 +122,7 @@ class MemoryTarget(Target):
 
     def finish(self, point_count: int) -> SplatTree:
         """Return the tree."""
-        self._hand_on(set())
+        self._hand_on(is_last=True)
         rows = np.concatenate(self.rows) if self.rows else np.empty(0, BLOCK)
         nodes, problem = node_table(stored_nodes(rows), self.header.scale)
         assert not problem, problem
@@ -152,7 +165,7 @@ class FileTarget(Target):
 
     def finish(self, point_count: int) -> SplatTree:
         """Write the tables and the footer, and return the tree as it is read from the file."""
-        self._hand_on(set())
+        self._hand_on(is_last=True)
         self.rows_file.flush()
         stored = stored_nodes(np.fromfile(self.rows_path, BLOCK, self.row_count))
         pages = np.zeros(self.next_page, PAGE_ROW)
