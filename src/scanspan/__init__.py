@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from scanspan import color as color
     from scanspan import homogeneous as homogeneous
     from scanspan import lectures as lectures
+    from scanspan import splat as splat
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
     from scanspan.assets.cloud import PointCloud as PointCloud
@@ -95,7 +96,7 @@ _HOMES = {
 }
 
 # Modules that are public as a whole, such as `scanspan.color`.
-_MODULES = ("color", "homogeneous", "lectures")
+_MODULES = ("color", "homogeneous", "lectures", "splat")
 
 __all__ = [*_HOMES, *_MODULES, "__version__"]
 

@@ -13,8 +13,10 @@ Source: S. Rusinkiewicz and M. Levoy, QSplat (2000).
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +31,7 @@ from scanspan.geometry.cut import Cut, NodeColumns, SplatView, cut_tree, node_co
 from scanspan.homogeneous import quote
 from scanspan.pipeline import MAX_PIXELS, check_pixels
 from scanspan.raster.options import check_integer, check_number, check_threads
-from scanspan.records import Float32Array, Float64Array
+from scanspan.records import Float32Array, Float64Array, Int64Array
 from scanspan.shade.color import linear_color
 from scanspan.shade.light import Lights, default_lights
 from scanspan.target.resolve import background as make_background
@@ -39,6 +41,7 @@ from scanspan.target.splat_picture import SplatPicture
 LARGEST_ERROR = 1e6  # pixels
 LEAST_BUDGET = 256  # splats: those of the root are drawn at least
 POINTS_TO_FRAME = 1 << 14  # splats at least, that tell a camera how far a tree reaches
+PAGES_BYTES = 32 << 20  # of pages that are kept while their blocks are taken from them
 BLOCKS_AT_ONCE = 1 << 10  # drawn between two looks at the clock
 
 
@@ -64,8 +67,10 @@ class SplatTree(stored.SplatTree):
     nodes : (M,) structured, the table of nodes, root first.
     origin : (3,) float64, what places are relative to.
     has_color, has_normals : whether splats have these.
+    up : the direction that is up, "+Z" unless it is set.
     """
 
+    up = "+Z"
     _state: _State
 
     @classmethod
@@ -238,8 +243,60 @@ class _State:
         return SplatFrame(color, keys, picture.nodes, self.cache, request.camera, request.size, progress)
 
 
-def build(points: Any, path: Any = None, **options: Any) -> SplatTree:
-    """Build a tree of splats from points."""
-    from scanspan.assets.splats.build import build_in_memory
+def build(
+    points: Any, path: str | PathLike[str] | None = None, *, normals: str = "given", exact: bool = False,
+    max_memory: str | int = "512MB", resume: bool = False, nonfinite: str = "error",
+    progress: Callable[[str, int, int], None] | None = None,
+) -> SplatTree:  # fmt: skip
+    """Build a tree of splats from points of any number, in bounded memory.
 
-    return SplatTree.of(build_in_memory(points, **options))
+    Parameters
+    ----------
+    points : a path of a file of points, a PointCloud, an array (N, 3), a Mesh (its vertices), a dict of what PointCloud takes and
+        "radius" (N,), or an iterator of pieces of these.
+    path : the file to write; None keeps the tree in memory, however large it is.
+    normals : "given" keeps those of the points; "none" leaves them out; "estimate" finds them from neighbours.
+    exact : whether points keep the whole numbers that they have in their file, where those of a block fit in 16 bits; else they
+        are rounded to a tenth of what the classic format rounds to.
+    max_memory : bytes, or a text such as "512MB"; 256 MB at least.
+    resume : go on with a build to the same path that was cut off.
+    nonfinite : "error" raises for a point that is not finite, "drop" leaves it out.
+    progress : called with what is being done, how many points are done, and how many there are, or 0 while that is not known.
+
+    Raises
+    ------
+    InputError : points or options that cannot be used.
+    FormatError : a file of points that cannot be read, or a build that cannot be gone on with.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> build(np.random.default_rng(1).random((1000, 3)))
+    SplatTree(1,000 points, ...)
+    """
+    from scanspan.assets.splats.build import build_tree
+
+    place = None if path is None else os.fspath(path)
+    return SplatTree.of(
+        build_tree(
+            points, place, normals=normals, exact=exact, max_memory=max_memory, resume=resume, nonfinite=nonfinite,
+            progress=progress,
+        )
+    )  # fmt: skip
+
+
+def open(path: str | PathLike[str], *, max_bytes: int = MAX_BYTES) -> SplatTree:
+    """Open a file that `build` wrote; the table of nodes is read, splats when they are drawn.
+
+    Parameters
+    ----------
+    path : the file.
+    max_bytes : of decoded splats that are kept from one picture to the next.
+
+    Raises
+    ------
+    FormatError : a file that is none, or damaged; it says where.
+    """
+    from scanspan.assets.splats.file import read_tree
+
+    return SplatTree.of(read_tree(os.fspath(path), PAGES_BYTES), check_integer("max_bytes", max_bytes, 1, 2**62))
