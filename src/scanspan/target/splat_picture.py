@@ -76,11 +76,11 @@ class SplatPicture:
 
     def seen(self) -> Int64Array:
         """Return the numbers that the keys show, ascending."""
-        marks = np.zeros(len(self.nodes) << ROW_BITS, np.uint8)
+        marks = np.zeros(len(self.nodes) << ROW_BITS, np.bool_)
 
         def mark(first: int, last: int, _: Event) -> None:
             """Mark those of some pixels."""
-            mark_seen(self.keys, first, last, marks)
+            mark_seen(self.keys, first, last, marks.view(np.uint8))
 
         run_bands(mark, self.size[0] * self.size[1], self.threads)
         return np.flatnonzero(marks)
