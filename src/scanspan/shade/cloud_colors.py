@@ -38,14 +38,16 @@ CLASSES = {
 }  # fmt: skip
 
 RETURNS = (
-    (160, 160, 160), (225, 175, 60), (70, 160, 90), (60, 120, 200), (160, 90, 190), (210, 80, 80), (90, 190, 200), (130, 90, 60),
+    (160, 160, 160), (225, 175, 60), (70, 160, 90), (60, 120, 200), (160, 90, 190), (210, 80, 80), (90, 190, 200),
+    (130, 90, 60),
 )  # fmt: skip
 
 
 def ramp(stops: Any, steps: int = 256) -> UInt8Array:
     """Return a colormap that runs evenly through some colours, (steps, 3)."""
     places, at = np.linspace(0.0, 1.0, len(stops)), np.linspace(0.0, 1.0, steps)
-    return np.rint(np.stack([np.interp(at, places, np.array(stops)[:, k]) for k in range(3)], axis=1)).astype(np.uint8)
+    levels = [np.interp(at, places, np.array(stops)[:, k]) for k in range(3)]
+    return np.asarray(np.rint(np.stack(levels, axis=1)), np.uint8)
 
 
 def table_of(colors: dict[int, tuple[int, int, int]]) -> UInt8Array:

@@ -1,9 +1,9 @@
 """Eye-dome lighting: a pixel is darkened by what stands before it close by, so that points without normals show their shape.
 
-A neighbour that is nearer to the eye takes away light, by how steep the way up to it is: the difference of depth, over the
-width that the step between the two has in space. So the picture does not change with the field of view or the resolution, where
-the usual differences of logarithms do. The steepness t counts as t / (t + 4), and the light is 1 / (1 + a multiple of the mean):
-fractions, where others have an exponential, so that the bits are the same on every machine.
+A neighbour that is nearer to the eye takes away light, by how steep the way up to it is: the difference of depth over the
+width that the step between the two has in space. So the picture does not change with the field of view or the resolution, as
+it does with the usual differences of logarithms. The steepness t counts as t / (t + 4), and the light is 1 / (1 + a multiple of
+the mean): fractions, where others have an exponential, so that the bits are the same on every machine.
 
 Neighbours are looked at in eight directions and at three distances, which show edges and hollows. The nearest is the radius of
 the splats: within one, all has one depth.
@@ -30,7 +30,8 @@ def eye_dome(
 ) -> None:  # fmt: skip
     """Write by how much the light of each pixel of some rows is lessened: a factor above 0, at most 1.
 
-    Shapes  distance: (H, W) along the line of sight, inf where nothing is; factor: (H, W), rows y_start to before y_end written.
+    Shapes  distance: (H, W) along the line of sight, inf where nothing is; factor: (H, W), of which rows y_start to before
+            y_end are written.
     Units   per_pixel: width of a pixel in space, at distance 1 unless lines of sight are parallel; reach: pixels to the nearest
             neighbour.
     """

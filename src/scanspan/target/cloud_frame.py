@@ -54,7 +54,7 @@ class CloudFrame(Frame):
     def _gather(self, fill: float, columns: int, dtype: type, name: str) -> Array:
         """Return a field (H, W, columns): of each instance, what the method of that name gives for rows of its cloud."""
         pixels, numbers = self._seen
-        out = np.full((self.size[0] * self.size[1], columns), fill, dtype)
+        out: Array = np.full((self.size[0] * self.size[1], columns), fill, dtype)
         firsts = np.array(self.scene.first_primitive)
         owner = np.searchsorted(firsts, numbers, side="right") - 1
         for k in np.unique(owner).tolist():
