@@ -32,8 +32,10 @@ from scanspan.homogeneous import quote
 from scanspan.pipeline import MAX_PIXELS, check_pixels
 from scanspan.raster.options import check_integer, check_number, check_threads
 from scanspan.records import Float32Array, Float64Array, Int64Array
+from scanspan.shade.cloud_colors import limits_of
 from scanspan.shade.color import linear_color
-from scanspan.shade.light import Lights, default_lights
+from scanspan.shade.light import default_lights
+from scanspan.shade.splats import Look
 from scanspan.target.resolve import background as make_background
 from scanspan.target.splat_frame import Progress, SplatFrame
 from scanspan.target.splat_picture import SplatPicture
@@ -53,9 +55,8 @@ class Request(NamedTuple):
     error: float
     budget: int | None
     threads: int
-    lights: Lights
+    look: Look
     behind: Float32Array  # as target/resolve.py has it
-    base: Float32Array  # (4,) the linear colour of splats without one
     started: float
 
 
@@ -163,8 +164,9 @@ class SplatTree(stored.SplatTree):
                 raise InputError(f"camera = {quote(camera)}: expected a Camera or the name of a direction")
             aspect = pixels[0] / pixels[1]
             camera = Camera.frame(self, "iso" if camera is None else camera, up=sky, aspect=aspect, fit="points")
-        base = linear_color(Material().color_of(False))
-        return Request(camera, pixels, limit, most, workers, default_lights(camera.view, sky), behind, base, started)
+        low, high = self._state.heights(sky)
+        look = Look(linear_color(Material().color_of(False)), default_lights(camera.view, sky), sky, low, high)
+        return Request(camera, pixels, limit, most, workers, look, behind, started)
 
 
 class _State:
@@ -187,6 +189,13 @@ class _State:
             each = np.repeat(chosen, np.diff(blocks.starts))
             self._outline = self.tree.origin + nodes["low"][each] + nodes["step"][each] * blocks.splats.positions
         return self._outline
+
+    def heights(self, up: Float64Array) -> tuple[float, float]:
+        """Return between which heights all but a few splats lie, in the tree's coordinates; (0, 1) where colours tell more."""
+        if self.tree.has_color or self.tree.has_normals:
+            return 0.0, 1.0
+        x, y, z = (self.outline() - self.tree.origin).T
+        return limits_of((x * up[0] + y * up[1]) + z * up[2])
 
     def cut(self, request: Request) -> tuple[SplatView, Cut]:
         """Return the blocks to draw."""
@@ -237,7 +246,7 @@ class _State:
         self, picture: SplatPicture, request: Request, keys: Int64Array, before: int, error: float, is_final: bool
     ) -> SplatFrame:
         """Return the picture as it is now."""
-        color = picture.color(request.base, request.lights, request.behind)
+        color = picture.color(request.look, request.behind)
         seconds = time.perf_counter() - request.started
         progress = Progress(error, picture.splats, self.cache.bytes_read - before, seconds, is_final)
         return SplatFrame(color, keys, picture.nodes, self.cache, request.camera, request.size, progress)

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scanspan.assets.splats.codec import decode_normals
+from scanspan.assets.splats.codec import Splats, decode_normals
 from scanspan.color.transfer import STARTS
 from scanspan.jit import kernel
 from scanspan.raster.write import EMPTY_KEY, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int64Array, UInt8Array
+from scanspan.shade.cloud_colors import HEIGHTS
 from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS
 from scanspan.shade.light import Lights, light
 from scanspan.shade.srgb import encode_value
@@ -84,6 +85,42 @@ def encode_splats(
 
 
 @kernel
+def color_heights(
+    numbers: Int64Array, rows: BlockRows, positions: Array, axis: Float64Array, low: float, scale: float, ramp: UInt8Array,
+    colors: UInt8Array,
+) -> None:  # fmt: skip
+    """Write colours by height to the table of all.
+
+    Shapes  axis: (3,), up; ramp: (256, 3). Units  a height h has the colour (h - low) * scale of the ramp.
+    """
+    for i in range(numbers.shape[0]):
+        n, row = np.uint64(numbers[i]), numbers[i] >> ROW_BITS
+        k, height = np.uint64(rows.start[row] + (numbers[i] & ((1 << ROW_BITS) - 1))), 0.0
+        for c in range(3):
+            height += axis[c] * (rows.low[row, c] + rows.step[row, c] * positions[k, c])
+        place = np.int64(min(max((height - low) * scale, 0.0), 255.0))
+        for c in range(3):
+            colors[n, c] = ramp[place, c]
+        colors[n, 3] = np.uint8(255)
+
+
+@kernel
+def darken_pixels(
+    keys: Int64Array, first: int, last: int, width: int, factor: Float32Array, curve: Float32Array, thresholds: Float32Array,
+    starts: UInt8Array, out: UInt8Array,
+) -> None:  # fmt: skip
+    """Lessen the light of the pixels in some rows that show something.
+
+    Shapes  keys: (n,); factor: (n,); out: (n, 4), written.
+    """
+    for i in range(first * width, last * width):
+        q = np.uint64(i)
+        if keys[q] != EMPTY_KEY:
+            for c in range(3):
+                out[q, c] = np.uint8(encode_value(curve[out[q, c]] * factor[q], thresholds, starts))
+
+
+@kernel
 def paint_keys(keys: Int64Array, first: int, last: int, colors: Array, behind: Array, width: int, out: Array) -> None:
     """Write the colour of what each pixel shows, or the background.
 
@@ -97,30 +134,43 @@ def paint_keys(keys: Int64Array, first: int, last: int, colors: Array, behind: A
             out[i] = here if key == EMPTY_KEY else colors[np.uint64(unpack_number(key))]
 
 
+class Look(NamedTuple):
+    """How splats are coloured: lit where they have normals, else as they are, and by height where they have no colour either."""
+
+    base: Float32Array  # (4,) the linear colour of splats with normals and without colour
+    lights: Lights
+    up: Float64Array  # (3,)
+    low: float  # height of the lowest colour, in the tree's coordinates
+    high: float
+
+
 def shade_splats(
-    numbers: Int64Array, rows: BlockRows, splats: tuple[Array, Array, UInt8Array, Array], eye: Float64Array,
-    base: Float32Array, lights: Lights, colors: UInt8Array,
-) -> None:  # fmt: skip
+    numbers: Int64Array, rows: BlockRows, splats: Splats, eye: Float64Array, look: Look, colors: UInt8Array
+) -> None:
     """Find the colours of some splats, and write them to the table of all.
 
     Parameters
     ----------
     numbers : (n,) of the splats.
     rows : where their blocks lie.
-    splats : positions, radii, colours and normals, as assets/splats/codec.py has them.
+    splats : what was read.
     eye : (4,) as geometry/cut.py has it.
-    base : (4,) the linear colour of splats that have none.
-    lights : light on those that have normals.
+    look : how they are coloured.
     colors : (numbers, 4) uint8, written.
     """
-    positions, _, color, codes = splats
+    if not len(splats.color) and not len(splats.normal):
+        scale = 256.0 / (look.high - look.low) if look.high > look.low else 0.0
+        color_heights(numbers, rows, splats.positions, look.up, look.low, scale, HEIGHTS, colors)
+        return
     for first in range(0, len(numbers), LIT_AT_ONCE):
         part = numbers[first : first + LIT_AT_ONCE]
         bases, towards = np.empty((len(part), 4), np.float32), np.empty((len(part), 3), np.float32)
         found = np.empty(len(part), np.uint16)
-        gather_splats(part, rows, positions, color, codes, eye, LINEAR_FROM_SRGB8, base, bases, towards, found)
-        if len(codes):
+        gather_splats(
+            part, rows, splats.positions, splats.color, splats.normal, eye, LINEAR_FROM_SRGB8, look.base, bases, towards, found
+        )
+        if len(splats.normal):
             normals = np.empty((len(part), 3), np.float32)
             decode_normals(found, normals)
-            light(normals, bases, towards, lights, 1, bases)
+            light(normals, bases, towards, look.lights, 1, bases)
         encode_splats(part, bases, THRESHOLDS, STARTS, colors)

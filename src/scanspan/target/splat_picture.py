@@ -6,20 +6,25 @@ whatever is drawn first, and a tree may have more splats than a key has numbers.
 
 from __future__ import annotations
 
+from functools import cached_property
 from threading import Event
 
 import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.assets.splats.cache import ORDERS, STRIDES, BlockCache, pass_ends
+from scanspan.color.transfer import STARTS
 from scanspan.geometry.cut import SplatView, largest_gap, stretch_of_nodes
 from scanspan.raster.algorithms import run_bands
 from scanspan.raster.splats import draw_splats, new_keys, pixel_matrix
 from scanspan.records import Float32Array, Int64Array, UInt8Array
-from scanspan.shade.light import Lights
-from scanspan.shade.splats import ROW_BITS, BlockRows, mark_seen, paint_keys, shade_splats
+from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS
+from scanspan.shade.eyedome import eye_dome
+from scanspan.shade.splats import ROW_BITS, BlockRows, Look, darken_pixels, mark_seen, paint_keys, shade_splats
+from scanspan.target.points import find_distances
 from scanspan.target.resolve import resolve
 
+MOST_REACH = 16  # pixels
 LARGEST_SHARE = 255.0  # of the radius of a splat in that of its block
 
 
@@ -48,6 +53,16 @@ class SplatPicture:
         self._radii = np.zeros((len(table), 2))
         self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE
 
+    @cached_property
+    def reach(self) -> int:
+        """Pixels that a splat reaches: half the largest radius of the block that lies in the middle among all."""
+        m, center = self.view.matrix[2], self._center
+        away = np.maximum(
+            center[:, 0] * m[0] + center[:, 1] * m[1] + center[:, 2] * m[2] + m[3], self._radius * self.view.slope
+        )
+        sizes = self._radii[:, 1] * LARGEST_SHARE / np.where(away > 0.0, away, 1.0)
+        return int(np.clip(np.rint(np.median(sizes) / 2.0), 1, MOST_REACH)) if len(sizes) else 1
+
     def draw(self, rows: Int64Array, first_pass: int = 0, last_pass: int = len(STRIDES) - 1) -> None:
         """Draw some blocks, by their rows in the cut; of each those splats that belong to some passes."""
         for first, last in self.cache.parts(self.nodes[rows]):
@@ -66,7 +81,9 @@ class SplatPicture:
         most = 0.0
         for first, last in self.cache.parts(self.nodes[rows]):
             part = rows[first:last]
-            blocks = np.stack([self.cache.start[self.nodes[part]], pass_ends(self._count[part], number), self._count[part]], axis=1)
+            blocks = np.stack(
+                [self.cache.start[self.nodes[part]], pass_ends(self._count[part], number), self._count[part]], axis=1
+            )
             found = largest_gap(
                 self.view, self._center[part], self._radius[part], self._low[part], self._step[part], blocks,
                 self.cache.splats.positions, ORDERS, STRIDES[number],
@@ -85,8 +102,8 @@ class SplatPicture:
         run_bands(mark, self.size[0] * self.size[1], self.threads)
         return np.flatnonzero(marks)
 
-    def color(self, base: Float32Array, lights: Lights, behind: Float32Array) -> UInt8Array:
-        """Return the picture, (H, W, 4): splats lit where they have normals, before a background."""
+    def color(self, look: Look, behind: Float32Array) -> UInt8Array:
+        """Return the picture, (H, W, 4), before a background."""
         width, height = self.size
         numbers = self.seen()
         colors = np.empty((len(self.nodes) << ROW_BITS, 4), np.uint8)
@@ -98,18 +115,38 @@ class SplatPicture:
 
             def shade(first: int, last: int, _: Event) -> None:
                 """Shade some splats."""
-                shade_splats(part[first:last], places, splats, self.view.eye, base, lights, colors)  # noqa: B023
+                shade_splats(part[first:last], places, splats, self.view.eye, look, colors)  # noqa: B023
 
             run_bands(shade, len(part), self.threads) if len(part) else None
 
         # Look up the colour of each pixel.
         backdrop = resolve(np.zeros((height, 1, 4), np.float32), 1, behind)
         picture = np.empty((height, width, 4), np.uint8)
-        flat, table, ground = picture.reshape(-1, 4).view(np.uint32)[:, 0], colors.view(np.uint32)[:, 0], backdrop.view(np.uint32)
+        flat, table, ground = (
+            picture.reshape(-1, 4).view(np.uint32)[:, 0],
+            colors.view(np.uint32)[:, 0],
+            backdrop.view(np.uint32),
+        )
 
         def paint(first: int, last: int, _: Event) -> None:
             """Paint some rows."""
             paint_keys(self.keys, first, last, table, ground.reshape(-1), width, flat)
 
         run_bands(paint, height, self.threads)
+        if not self.cache.tree.has_normals:
+            self._darken(picture.reshape(-1, 4))
         return picture
+
+    def _darken(self, picture: UInt8Array) -> None:
+        """Darken what stands behind something close by, (H W, 4), as clouds without normals show their shape by that alone."""
+        width, height = self.size
+        p, factor = self.camera.projection(self.size), np.ones((height, width), np.float32)
+        distance, per_pixel = np.empty((height, width), np.float32), 2.0 / (height * abs(float(p[1, 1])))
+        find_distances(self.keys, p[3, 3] - p[2, 3], -2.0 * p[3, 3], p[2, 2] - p[3, 2], 2.0 * p[3, 2], distance.reshape(-1))
+
+        def darken(first: int, last: int, _: Event) -> None:
+            """Darken some rows."""
+            eye_dome(distance, first, last, per_pixel, self.camera.is_orthographic, self.reach, 1.0, factor)
+            darken_pixels(self.keys, first, last, width, factor.reshape(-1), LINEAR_FROM_SRGB8, THRESHOLDS, STARTS, picture)
+
+        run_bands(darken, height, self.threads)

@@ -69,7 +69,11 @@ def group_splats(splats: Float64Array, count: Integer, scale: Float64Array, star
     """
     groups = cut_groups(splats, count, scale, starts, ends, True)
     spare = SPARE if count <= FEW else 0
-    return groups if groups <= count // 2 + spare else join_lone(splats, count, starts, cut_groups(splats, count, scale, starts, ends, False))
+    return (
+        groups
+        if groups <= count // 2 + spare
+        else join_lone(splats, count, starts, cut_groups(splats, count, scale, starts, ends, False))
+    )
 
 
 @kernel
