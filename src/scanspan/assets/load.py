@@ -2,7 +2,8 @@
 
 A table says which reader takes which extension; a new format is one line there. STL, PLY, OBJ and OFF have readers of our own,
 which keep faces whole and start at once; glTF and 3MF are parsed by trimesh, LAS and LAZ by laspy, imported when first needed.
-Clouds that do not fit into memory are opened by `open_chunks` (chunks.py). Whatever goes wrong is one FormatError with the file's name: a damaged file never crashes, hangs or fills the memory.
+Clouds that do not fit into memory are opened by `open_chunks` (chunks.py). Whatever goes wrong is one FormatError with the
+file's name: a damaged file never crashes, hangs or fills the memory.
 """
 
 from __future__ import annotations
@@ -68,8 +69,8 @@ def load(
 
     Parameters
     ----------
-    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. Points are
-        read from LAS, LAZ, COPC, XYZ, TXT, CSV, PTS, NPY and PLY files; a PLY without faces gives a PointCloud.
+    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. Points
+        are read from LAS, LAZ, COPC, XYZ, TXT, CSV, PTS, NPY and PLY files; a PLY without faces gives a PointCloud.
     file_type : the extension to go by, where the name has none or a wrong one.
     nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it, and points.
     max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
