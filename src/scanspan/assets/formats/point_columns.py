@@ -82,7 +82,8 @@ def name_by_number(rows: Array) -> tuple[str, ...]:
     if width not in BY_WIDTH:
         raise InputError(f"{width} columns: expected 3, 4, 6, 7, 9 or 10, or a header that names them")
     if width == 6 and len(rows):
-        length = np.sqrt(rows[:, 3].astype(np.float64) ** 2 + rows[:, 4] ** 2.0 + rows[:, 5] ** 2.0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            length = np.sqrt((rows[:, 3:].astype(np.float64) ** 2).sum(axis=1))
         if (np.abs(length - 1.0) < 0.01).mean() > 0.5:
             return (*XYZ, *NORMAL)
     return BY_WIDTH[width]

@@ -57,6 +57,8 @@ def xyz_chunks(open_file: Callable[[], BinaryIO], path: str, size: int, chunk: i
         points = 0
         for text, line in blocks_of(open_file, head, path):
             rows = rows_of(text, line, plan, head, path)
+            if head.points is not None and points + len(rows) > head.points:
+                raise FormatError(path, f"the first line says {head.points} points, there are more")
             if len(rows):
                 try:
                     names = plan.names if plan else head.names or name_by_number(rows)
@@ -81,8 +83,7 @@ def read_head(text: bytes, path: str) -> Head:
     start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
     names: tuple[str, ...] | None = None
     for number, line in enumerate(text[start:].splitlines(keepends=True), 1):
-        words = re.split(r"[\s,;]+", line.decode("latin-1").strip().strip(",;")) if line.strip() else []
-        words = [word.strip("\"'") for word in words]
+        words = words_of(line.decode("latin-1").strip())
         if not words or words[0].startswith(("#", "//")):
             names = names or _names_in(words)
         elif all(map(is_number, words)):
@@ -95,6 +96,15 @@ def read_head(text: bytes, path: str) -> Head:
                 raise FormatError(path, f"expected numbers or names of columns: {error}", f"line {number}") from None
         start += len(line)
     raise FormatError(path, "the file has no numbers")
+
+
+def words_of(line: str) -> list[str]:
+    """Return the words of a line without the remark at its end; where commas part them, names may have blanks."""
+    plain = line if line.startswith(("#", "//")) else re.split(r"#|//", line)[0].strip()
+    parts = re.split(
+        r"[,;]" if re.search(r"[,;]", plain) and not re.match(r"[-+.\d]", plain) else r"[\s,;]+", plain.strip(",;")
+    )
+    return [part.strip(" \t\"'") for part in parts] if plain else []
 
 
 def _names_in(words: list[str]) -> tuple[str, ...] | None:
