@@ -30,7 +30,7 @@ from scanspan.errors import InputError
 from scanspan.geometry.cut import Cut, NodeColumns, SplatView, cut_tree, node_columns, splat_view
 from scanspan.homogeneous import quote
 from scanspan.pipeline import MAX_PIXELS, check_pixels
-from scanspan.raster.options import check_integer, check_number, check_threads
+from scanspan.raster.options import check_integer, check_name, check_number, check_threads
 from scanspan.records import Float32Array, Float64Array, Int64Array
 from scanspan.shade.cloud_colors import limits_of
 from scanspan.shade.color import linear_color
@@ -41,6 +41,7 @@ from scanspan.target.splat_frame import Progress, SplatFrame
 from scanspan.target.splat_picture import SplatPicture
 
 LARGEST_ERROR = 1e6  # pixels
+CULLS = ("none", "back")
 LEAST_BUDGET = 256  # splats: those of the root are drawn at least
 POINTS_TO_FRAME = 1 << 14  # splats at least, that tell a camera how far a tree reaches
 PAGES_BYTES = 32 << 20  # of pages that are kept while their blocks are taken from them
@@ -54,6 +55,7 @@ class Request(NamedTuple):
     size: tuple[int, int]
     error: float
     budget: int | None
+    turns_away: bool  # whether blocks that face away from the eye are left out
     threads: int
     look: Look
     behind: Float32Array  # as target/resolve.py has it
@@ -89,7 +91,7 @@ class SplatTree(stored.SplatTree):
 
     def render(
         self, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *, error: float = 1.0,
-        budget: int | None = None, background: Any = None, up: str | None = None, threads: int | None = None,
+        budget: int | None = None, cull: str = "none", background: Any = None, up: str | None = None, threads: int | None = None,
         max_pixels: int = MAX_PIXELS,
     ) -> SplatFrame:  # fmt: skip
         """Draw the tree.
@@ -100,6 +102,8 @@ class SplatTree(stored.SplatTree):
         size : (width, height) in pixels.
         error : pixels by which anything may lie beside where it is drawn; smaller draws more splats, 0 all that may be seen.
         budget : most splats to draw, 256 or more: the error is raised until they are no more. `frame.error` says what was met.
+        cull : "back" leaves out blocks whose normals all point away from the eye, where a tree has normals that point outwards:
+            half the work for closed surfaces, and wrong for others. "none" draws both sides.
         background, up, max_pixels : as for `scanspan.render`.
         threads : by default one for each processor. The picture is the same for any number.
 
@@ -115,13 +119,13 @@ class SplatTree(stored.SplatTree):
         >>> frame.color.shape, frame.splats
         ((48, 64, 4), 1000)
         """
-        request = self._request(camera, size, error, budget, background, up, threads, max_pixels)
+        request = self._request(camera, size, error, budget, cull, background, up, threads, max_pixels)
         return self._state.render(request)
 
     def refine(
         self, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *, error: float = 1.0,
-        deadline: float | None = None, budget: int | None = None, background: Any = None, up: str | None = None,
-        threads: int | None = None, max_pixels: int = MAX_PIXELS,
+        deadline: float | None = None, budget: int | None = None, cull: str = "none", background: Any = None,
+        up: str | None = None, threads: int | None = None, max_pixels: int = MAX_PIXELS,
     ) -> Iterator[SplatFrame]:  # fmt: skip
         """Draw the tree in passes, each of which makes the picture better; the last one is what `render` returns.
 
@@ -146,17 +150,19 @@ class SplatTree(stored.SplatTree):
         True
         """
         seconds = None if deadline is None else check_number("deadline", deadline, 0, 1e9)
-        request = self._request(camera, size, error, budget, background, up, threads, max_pixels)
+        request = self._request(camera, size, error, budget, cull, background, up, threads, max_pixels)
         return self._state.refine(request, seconds)
 
     def _request(
-        self, camera: Any, size: Any, error: Any, budget: Any, background: Any, up: Any, threads: Any, max_pixels: int
-    ) -> Request:
+        self, camera: Any, size: Any, error: Any, budget: Any, cull: Any, background: Any, up: Any, threads: Any,
+        max_pixels: int,
+    ) -> Request:  # fmt: skip
         """Check what is to be drawn."""
         started = time.perf_counter()
         pixels = check_pixels(size, max_pixels)
         limit = check_number("error", error, 0, LARGEST_ERROR)
         most = None if budget is None else check_integer("budget", budget, LEAST_BUDGET, 2**62)
+        check_name("cull", cull, CULLS)
         workers, behind = check_threads(threads), make_background(background, pixels)
         sky = parse_up(self.up if up is None else up)
         if not isinstance(camera, Camera):
@@ -166,7 +172,7 @@ class SplatTree(stored.SplatTree):
             camera = Camera.frame(self, "iso" if camera is None else camera, up=sky, aspect=aspect, fit="points")
         low, high = self._state.heights(sky)
         look = Look(linear_color(Material().color_of(False)), default_lights(camera.view, sky), sky, low, high)
-        return Request(camera, pixels, limit, most, workers, look, behind, started)
+        return Request(camera, pixels, limit, most, cull == "back", workers, look, behind, started)
 
 
 class _State:
@@ -200,7 +206,7 @@ class _State:
     def cut(self, request: Request) -> tuple[SplatView, Cut]:
         """Return the blocks to draw."""
         view = splat_view(request.camera, request.size, self.tree.origin)
-        return view, cut_tree(self.columns, view, request.error, request.budget, turns_away=True)
+        return view, cut_tree(self.columns, view, request.error, request.budget, turns_away=request.turns_away)
 
     def render(self, request: Request) -> SplatFrame:
         """Draw the tree."""
@@ -215,11 +221,11 @@ class _State:
         """Draw the tree in passes; see SplatTree.refine."""
         view, cut = self.cut(request)
         count, before = len(cut.nodes), self.cache.bytes_read
-        coarse = self._coarse_cut(view, cut) if deadline is not None else cut._replace(nodes=cut.nodes[:0])
+        coarse = self._coarse_cut(request, view, cut) if deadline is not None else cut._replace(nodes=cut.nodes[:0])
         nodes = np.append(cut.nodes, coarse.nodes)
         picture = SplatPicture(self.cache, request.camera, request.size, nodes, view, request.threads)
         last, bound = len(STRIDES) - 1, np.inf
-        for number in range(len(STRIDES)):
+        for number in range(len(STRIDES)) if count else [last]:
             gap = 0.0
             for first in range(0, count, BLOCKS_AT_ONCE):
                 rows = np.arange(first, min(first + BLOCKS_AT_ONCE, count))
@@ -238,9 +244,9 @@ class _State:
                 frame = self._frame(picture, request, keys, before, bound, number == last)
             yield frame
 
-    def _coarse_cut(self, view: SplatView, cut: Cut) -> Cut:
+    def _coarse_cut(self, request: Request, view: SplatView, cut: Cut) -> Cut:
         """Return blocks of a sixteenth as many splats, to fill what is missing when time is up."""
-        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=True)
+        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=request.turns_away)
 
     def _frame(
         self, picture: SplatPicture, request: Request, keys: Int64Array, before: int, error: float, is_final: bool

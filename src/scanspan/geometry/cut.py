@@ -269,7 +269,7 @@ def cut_tree(
 
     Parameters
     ----------
-    nodes : the tree; at least one node.
+    nodes : the tree.
     view : from where it is seen.
     error : pixels by which what is drawn may be off at most; 0 goes down to the leaves.
     budget : most splats to draw: the error is raised until they are no more; at least as many as the root has. The same tree
@@ -280,7 +280,7 @@ def cut_tree(
     total = len(nodes.splats)
     queue, mask = np.empty(total, np.int64), np.empty(total, np.uint8)
     own, above = np.empty(total), np.empty(total)
-    visited = int(visit_nodes(nodes, view, float(error), turns_away, culls, queue, own, above, mask))
+    visited = int(visit_nodes(nodes, view, float(error), turns_away, culls, queue, own, above, mask)) if total else 0
     queue, own, above = queue[:visited], own[:visited], above[:visited]
     counts = nodes.splats[queue]
     limit = float(error)

@@ -6,7 +6,6 @@ whatever is drawn first, and a tree may have more splats than a key has numbers.
 
 from __future__ import annotations
 
-from functools import cached_property
 from threading import Event
 
 import numpy as np
@@ -53,15 +52,14 @@ class SplatPicture:
         self._radii = np.zeros((len(table), 2))
         self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE
 
-    @cached_property
-    def reach(self) -> int:
-        """Pixels that a splat reaches: half the largest radius of the block that lies in the middle among all."""
-        m, center = self.view.matrix[2], self._center
-        away = np.maximum(
-            center[:, 0] * m[0] + center[:, 1] * m[1] + center[:, 2] * m[2] + m[3], self._radius * self.view.slope
-        )
-        sizes = self._radii[:, 1] * LARGEST_SHARE / np.where(away > 0.0, away, 1.0)
-        return int(np.clip(np.rint(np.median(sizes) / 2.0), 1, MOST_REACH)) if len(sizes) else 1
+    def _reach(self, rows: Int64Array) -> int:
+        """Return how many pixels splats of some blocks reach: half the largest radius of the block in the middle among them."""
+        if not len(rows):
+            return 1
+        (x, y, z), (a, b, c, d) = self._center[rows].T, self.view.matrix[2]
+        away = np.maximum(x * a + y * b + z * c + d, self._radius[rows] * self.view.slope)
+        sizes = self._radii[rows, 1] * LARGEST_SHARE / np.where(away > 0.0, away, 1.0)
+        return int(np.clip(np.rint(np.median(sizes) / 2.0), 1, MOST_REACH))
 
     def draw(self, rows: Int64Array, first_pass: int = 0, last_pass: int = len(STRIDES) - 1) -> None:
         """Draw some blocks, by their rows in the cut; of each those splats that belong to some passes."""
@@ -134,10 +132,10 @@ class SplatPicture:
 
         run_bands(paint, height, self.threads)
         if not self.cache.tree.has_normals:
-            self._darken(picture.reshape(-1, 4))
+            self._darken(picture.reshape(-1, 4), self._reach(rows))
         return picture
 
-    def _darken(self, picture: UInt8Array) -> None:
+    def _darken(self, picture: UInt8Array, reach: int) -> None:
         """Darken what stands behind something close by, (H W, 4), as clouds without normals show their shape by that alone."""
         width, height = self.size
         p, factor = self.camera.projection(self.size), np.ones((height, width), np.float32)
@@ -146,7 +144,7 @@ class SplatPicture:
 
         def darken(first: int, last: int, _: Event) -> None:
             """Darken some rows."""
-            eye_dome(distance, first, last, per_pixel, self.camera.is_orthographic, self.reach, 1.0, factor)
+            eye_dome(distance, first, last, per_pixel, self.camera.is_orthographic, reach, 1.0, factor)
             darken_pixels(self.keys, first, last, width, factor.reshape(-1), LINEAR_FROM_SRGB8, THRESHOLDS, STARTS, picture)
 
         run_bands(darken, height, self.threads)
