@@ -23,7 +23,7 @@ from scanspan.assets.splats.grow import (
     make_growth,
     make_room,
 )
-from scanspan.assets.splats.order import AXIS_BITS, cut_ranges, order_points
+from scanspan.assets.splats.order import AXIS_BITS, cut_ranges, order_points, take_numbers, take_rows
 from scanspan.assets.splats.source import ROWS, WIDTHS, Piece, Totals, slices
 from scanspan.assets.splats.spacing import leaf_normals, leaf_radii
 from scanspan.assets.splats.target import FileTarget, Target
@@ -91,14 +91,13 @@ class Builder:
 
     def add(self, cell: Cell) -> None:
         """Make the blocks of a cell."""
-        lattice = cell.rows.lattice.astype(np.int64)
-        count = len(lattice)
-        order, codes, rests = order_points(lattice, self.lattice.shift)
-        lattice = lattice[order]
+        count = len(cell.rows.lattice)
+        order, codes, rests = order_points(cell.rows.lattice, self.lattice.shift)
+        lattice = take_numbers(cell.rows.lattice, order)
         starts = np.empty((count // 2 + 3, 2), np.int64)
         leaves = cut_ranges(codes, rests, BLOCK, cell.level, cell.halved, starts)
 
-        columns = {name: values[order] for name, values in cell.rows.columns.items()}
+        columns = {name: take_rows(values, order) for name, values in cell.rows.columns.items()}
         if "radius" in columns:
             radius = columns["radius"][:, 0]
         else:

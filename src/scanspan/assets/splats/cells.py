@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from scanspan.assets.splats.order import CODE_BITS, highest_bit, morton_codes, morton_rests, sorted_order
+from scanspan.assets.splats.order import CODE_BITS, highest_bit, morton_codes, morton_rests, sorted_order, take_rows
 from scanspan.jit import kernel
 from scanspan.records import Array, Int64Array, Integer
 
@@ -81,7 +81,22 @@ class Store:
 def prefixes(lattice: Array, shift: int, digit: int) -> Int64Array:
     """Return 21 bits of the codes of points: 0 to 2 from the top of the first code, 3 to 5 of the second."""
     codes = morton_codes(lattice, shift) if digit < 3 else morton_rests(lattice, shift)
-    return np.asarray(codes >> (CODE_BITS - PREFIX_BITS * (digit % 3 + 1)) & (PREFIXES - 1))
+    take_digit(codes, CODE_BITS - PREFIX_BITS * (digit % 3 + 1))
+    return codes
+
+
+@kernel
+def take_digit(codes: Int64Array, shift: Integer) -> None:
+    """Leave 21 bits of each code, from bit `shift` on."""
+    for i in range(len(codes)):
+        codes[i] = codes[i] >> shift & (PREFIXES - 1)
+
+
+@kernel
+def count_prefixes(prefix: Int64Array, counts: Int64Array) -> None:
+    """Add one to the count of each prefix."""
+    for i in range(len(prefix)):
+        counts[prefix[i]] += 1
 
 
 @kernel
@@ -128,7 +143,7 @@ def plan(pieces: Iterable[Rows], shift: int, digit: int, size: int, level: int) 
     """Return the cells of points, from the counts of their prefixes."""
     counts = np.zeros(PREFIXES, np.int64)
     for rows in pieces:
-        counts += np.bincount(prefixes(rows.lattice, shift, digit), minlength=PREFIXES)
+        count_prefixes(prefixes(rows.lattice, shift, digit), counts)
     totals = np.concatenate([[0], np.cumsum(counts)])
     most = int(np.count_nonzero(counts))
     cells = np.empty((most, 4), np.int64)
@@ -148,9 +163,9 @@ def distribute(
     place = split.starts[:-1].copy()
     for rows in pieces:
         cells = cell_of_prefix[prefixes(rows.lattice, shift, digit)].astype(np.int64)
-        order = sorted_order(cells)
-        ordered = Rows(rows.lattice[order], {name: values[order] for name, values in rows.columns.items()})
-        cells = cells[order]
+        order, cells = sorted_order(cells)
+        columns = {name: take_rows(values, order) for name, values in rows.columns.items()}
+        ordered = Rows(take_rows(rows.lattice, order), columns)
         ends = np.flatnonzero(np.diff(cells, append=-1)) + 1
         first = 0
         for end in ends.tolist():

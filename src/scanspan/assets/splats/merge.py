@@ -150,23 +150,31 @@ def merge_splats(
     Units       scale (3,): a step of the lattice in the world.
     """
     share = 1.0 / (last - first)
-    for column in (X, Y, Z, RED, GREEN, BLUE, NORMAL_X, NORMAL_Y, NORMAL_Z):
-        total = 0.0
-        for i in range(first, last):
-            total += splats[i, column]
-        parents[k, column] = total * share
+    x, y, z, red, green, blue, nx, ny, nz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(first, last):
+        x += splats[i, X]
+        y += splats[i, Y]
+        z += splats[i, Z]
+        red += splats[i, RED]
+        green += splats[i, GREEN]
+        blue += splats[i, BLUE]
+        nx += splats[i, NORMAL_X]
+        ny += splats[i, NORMAL_Y]
+        nz += splats[i, NORMAL_Z]
+    parents[k, X], parents[k, Y], parents[k, Z] = x * share, y * share, z * share
+    parents[k, RED], parents[k, GREEN], parents[k, BLUE] = red * share, green * share, blue * share
     parents[k, RADIUS] = covering_radius(splats, first, last, scale) * SLACK
     parents[k, LEVEL] = splats[last - 1, LEVEL]
 
     # Turn the cone until it holds the cones below; opposite normals have no mean, so the first one stands for them.
-    nx, ny, nz = parents[k, NORMAL_X], parents[k, NORMAL_Y], parents[k, NORMAL_Z]
-    length = math.sqrt(nx * nx + ny * ny + nz * nz)
+    length = math.sqrt(nx * nx + ny * ny + nz * nz) * share
     parents[k, COSINE] = NO_CONE
     if length < 1e-6:
         for column in (NORMAL_X, NORMAL_Y, NORMAL_Z):
             parents[k, column] = splats[first, column]
         return
-    parents[k, NORMAL_X], parents[k, NORMAL_Y], parents[k, NORMAL_Z] = nx / length, ny / length, nz / length
+    share /= length
+    parents[k, NORMAL_X], parents[k, NORMAL_Y], parents[k, NORMAL_Z] = nx * share, ny * share, nz * share
     parents[k, COSINE] = cone_cosine(splats, first, last, parents[k, NORMAL_X], parents[k, NORMAL_Y], parents[k, NORMAL_Z])
 
 

@@ -5,7 +5,8 @@ the same first bits share a cell, and a range of the sorted codes is a part of a
 part (an outlier far away makes their cells large) a second code parts, of the bits below.
 
 Sorting goes by digits from the lowest (LSD radix), in which equal codes keep their order: the same points give the same order
-whatever pieces they come in. Digits in which all codes agree are skipped. The price: two arrays as long as the codes.
+whatever pieces they come in. The highest 33 bits that differ go first, and what they leave is sorted by insertion, unless there
+are long runs. The price: two arrays as long as the codes.
 
 Source: G. M. Morton (1966); Karras, Maximizing parallelism in the construction of BVHs (2012), for trees from sorted codes.
 """
@@ -15,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Int64Array, Integer
+from scanspan.records import Array, Int64Array, Integer
 
 AXIS_BITS = 21  # of a code, an axis
 CODE_BITS = 3 * AXIS_BITS
@@ -37,65 +38,118 @@ def spread(value: Integer) -> Integer:
     return x
 
 
+@helper_kernel
+def highest_bit(value: Integer) -> Integer:
+    """Return the number of the highest bit of a positive number, counted from 0."""
+    bit = np.int64(0)
+    for step in (32, 16, 8, 4, 2, 1):
+        if value >> (bit + step) != 0:
+            bit += step
+    return bit
+
+
 @kernel
-def morton_codes(lattice: Int64Array, shift: Integer) -> Int64Array:
+def morton_codes(lattice: Array, shift: Integer) -> Int64Array:
     """Return the codes of points (N, 3), of the 21 bits of each coordinate from bit `shift` on."""
     codes = np.empty(len(lattice), np.int64)
     for i in range(len(lattice)):
-        x, y, z = lattice[i, 0] >> shift, lattice[i, 1] >> shift, lattice[i, 2] >> shift
+        x, y, z = np.int64(lattice[i, 0]) >> shift, np.int64(lattice[i, 1]) >> shift, np.int64(lattice[i, 2]) >> shift
         codes[i] = spread(x) << 2 | spread(y) << 1 | spread(z)
     return codes
 
 
 @kernel
-def morton_rests(lattice: Int64Array, shift: Integer) -> Int64Array:
+def morton_rests(lattice: Array, shift: Integer) -> Int64Array:
     """Return the codes of the bits that `morton_codes` leaves out, those below `shift`."""
     codes = np.empty(len(lattice), np.int64)
     mask = (np.int64(1) << shift) - 1
     for i in range(len(lattice)):
-        x, y, z = lattice[i, 0] & mask, lattice[i, 1] & mask, lattice[i, 2] & mask
+        x, y, z = np.int64(lattice[i, 0]) & mask, np.int64(lattice[i, 1]) & mask, np.int64(lattice[i, 2]) & mask
         codes[i] = spread(x) << 2 | spread(y) << 1 | spread(z)
     return codes
 
 
 @kernel
-def sorted_order(codes: Int64Array) -> Int64Array:
-    """Return the numbers of codes (N,), none negative, from the smallest code to the largest; equal ones keep their order."""
+def sort_digit(keys: Int64Array, order: Int64Array, shift: Integer, other_keys: Int64Array, other: Int64Array) -> bool:
+    """Sort by one digit into other arrays, in which equal ones keep their order; return whether there was anything to do."""
+    place = np.zeros(DIGITS, np.int64)
+    for i in range(len(keys)):
+        place[keys[i] >> shift & (DIGITS - 1)] += 1
+    if place[keys[0] >> shift & (DIGITS - 1)] == len(keys):
+        return False
+    total = np.int64(0)
+    for value in range(DIGITS):
+        size = place[value]
+        place[value] = total
+        total += size
+    for i in range(len(keys)):
+        key = keys[i]
+        value = key >> shift & (DIGITS - 1)
+        other_keys[place[value]], other[place[value]] = key, order[i]
+        place[value] += 1
+    return True
+
+
+@kernel
+def sort_neighbours(keys: Int64Array, order: Int64Array, shift: Integer) -> bool:
+    """Sort within runs that agree in the bits from `shift` on, by insertion; return False if a run is too long for that."""
+    first = 0
+    for i in range(1, len(keys)):
+        if keys[i] >> shift != keys[first] >> shift:
+            first = i
+        if i - first > LONG_RUN:
+            return False
+        key, number, j = keys[i], order[i], i
+        while j > first and keys[j - 1] > key:
+            keys[j], order[j] = keys[j - 1], order[j - 1]
+            j -= 1
+        keys[j], order[j] = key, number
+    return True
+
+
+@kernel
+def sorted_order(codes: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Return the numbers of codes (N,), none negative, from the smallest code to the largest, and the codes in that order.
+
+    Equal codes keep their order. Three digits of the highest bits that differ mostly leave only runs of a few.
+    """
     count = len(codes)
-    order = np.arange(count)
+    order, keys = np.arange(count), codes.copy()
     if count < 2:
-        return order
-
-    # Find the bits in which any two codes differ, and count each digit once for all passes.
+        return order, keys
     differing = np.int64(0)
-    totals = np.zeros((6, DIGITS), np.int64)
     for i in range(count):
-        code = codes[i]
-        differing |= code ^ codes[0]
-        for digit in range(6):
-            totals[digit, (code >> (digit * DIGIT_BITS)) & (DIGITS - 1)] += 1
+        differing |= codes[i] ^ codes[0]
+    top = highest_bit(differing) + 1 if differing > 0 else 0
+    lowest = max(top - 3 * DIGIT_BITS, 0)
+    other_keys, other = np.empty(count, np.int64), np.empty(count, np.int64)
+    for shift in range(lowest, top, DIGIT_BITS):
+        if sort_digit(keys, order, shift, other_keys, other):
+            keys, other_keys, order, other = other_keys, keys, other, order
+    if lowest > 0 and not sort_neighbours(keys, order, lowest):
+        for shift in range(0, top, DIGIT_BITS):
+            if sort_digit(keys, order, shift, other_keys, other):
+                keys, other_keys, order, other = other_keys, keys, other, order
+    return order, keys
 
-    # Move numbers and codes together, so that a pass reads both in order.
-    keys, spare_keys, spare = codes.copy(), np.empty(count, np.int64), np.empty(count, np.int64)
-    for digit in range(6):
-        shift = digit * DIGIT_BITS
-        if (differing >> shift) & (DIGITS - 1) == 0:
-            continue
-        place = np.int64(0)
-        for value in range(DIGITS):
-            size = totals[digit, value]
-            totals[digit, value] = place
-            place += size
-        for i in range(count):
-            key = keys[i]
-            value = (key >> shift) & (DIGITS - 1)
-            place = totals[digit, value]
-            totals[digit, value] = place + 1
-            spare_keys[place] = key
-            spare[place] = order[i]
-        keys, spare_keys = spare_keys, keys
-        order, spare = spare, order
-    return order
+
+@kernel
+def take_rows(rows: Array, order: Int64Array) -> Array:
+    """Return some rows of an array (N, C), in the order of their numbers."""
+    taken = np.empty((len(order), rows.shape[1]), rows.dtype)
+    for i in range(len(order)):
+        for column in range(rows.shape[1]):
+            taken[i, column] = rows[order[i], column]
+    return taken
+
+
+@kernel
+def take_numbers(lattice: Array, order: Int64Array) -> Int64Array:
+    """Return some rows of a lattice (N, 3) as int64, in the order of their numbers."""
+    taken = np.empty((len(order), 3), np.int64)
+    for i in range(len(order)):
+        taken[i, 0], taken[i, 1], taken[i, 2] = lattice[order[i], 0], lattice[order[i], 1], lattice[order[i], 2]
+    return taken
 
 
 @kernel
@@ -123,7 +177,7 @@ def sort_short_runs(codes: Int64Array, rests: Int64Array, order: Int64Array) -> 
     return long_runs[:found]
 
 
-def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Array, Int64Array]:
+def order_points(lattice: Array, shift: int) -> tuple[Int64Array, Int64Array, Int64Array]:
     """Return the order of points on a lattice, and their two codes in that order.
 
     Parameters
@@ -140,9 +194,7 @@ def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Arra
     >>> order.tolist(), codes.tolist(), rests.tolist()
     ([1, 2, 0], [1, 16, 36], [])
     """
-    codes = morton_codes(lattice, shift)
-    order = sorted_order(codes)
-    codes = codes[order]
+    order, codes = sorted_order(morton_codes(lattice, shift))
     if shift == 0:
         return order, codes, np.empty(0, np.int64)
 
@@ -150,20 +202,9 @@ def order_points(lattice: Int64Array, shift: int) -> tuple[Int64Array, Int64Arra
     rests = morton_rests(lattice, shift)[order]
     for first, end in sort_short_runs(codes, rests, order).tolist():
         run = slice(first, end)
-        inner = sorted_order(rests[run])
+        inner, rests[run] = sorted_order(rests[run])
         order[run] = order[run][inner]
-        rests[run] = rests[run][inner]
     return order, codes, rests
-
-
-@helper_kernel
-def highest_bit(value: Integer) -> Integer:
-    """Return the number of the highest bit of a positive number, counted from 0."""
-    bit = np.int64(0)
-    for step in (32, 16, 8, 4, 2, 1):
-        if value >> (bit + step) != 0:
-            bit += step
-    return bit
 
 
 @helper_kernel

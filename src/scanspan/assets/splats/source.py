@@ -19,6 +19,7 @@ from scanspan.assets.arrays import as_floats
 from scanspan.assets.cloud import PointCloud
 from scanspan.assets.mesh import Mesh
 from scanspan.errors import InputError
+from scanspan.jit import kernel
 from scanspan.records import Array, Float64Array
 
 ROWS = 1 << 19  # points of a piece at most
@@ -121,6 +122,16 @@ def mesh_piece(mesh: Mesh) -> Piece:
     return Piece(mesh.positions[used], np.ones(3), np.zeros(3), columns)
 
 
+@kernel
+def least_and_most(stored: Array, ends: Float64Array) -> None:
+    """Widen the least and the greatest coordinates, (2, 3), to hold points (N, 3)."""
+    for axis in range(3):
+        least, most = stored[0, axis], stored[0, axis]
+        for i in range(len(stored)):
+            least, most = min(least, stored[i, axis]), max(most, stored[i, axis])
+        ends[0, axis], ends[1, axis] = min(ends[0, axis], least), max(ends[1, axis], most)
+
+
 def slices(piece: Piece, rows: int = ROWS) -> Iterator[Piece]:
     """Give a piece in parts."""
     for first in range(0, len(piece.stored), rows):
@@ -137,8 +148,8 @@ def total(pieces: Iterable[Piece], heard: Callable[[int], None]) -> Totals:
     InputError : pieces that do not have the same columns.
     """
     count, whole, names = 0, True, None
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    stored_low, stored_high = low.copy(), high.copy()
+    world = np.array([np.full(3, np.inf), np.full(3, -np.inf)])
+    stored = world.copy()
     scale, offset = np.ones(3), np.zeros(3)
     for number, piece in enumerate(pieces):
         own = tuple(name for name in COLUMNS if name in piece.columns)
@@ -150,14 +161,15 @@ def total(pieces: Iterable[Piece], heard: Callable[[int], None]) -> Totals:
         if not len(piece.stored):
             continue
         count += len(piece.stored)
-        least, most = piece.stored.min(axis=0).astype(np.float64), piece.stored.max(axis=0).astype(np.float64)
-        stored_low, stored_high = np.minimum(stored_low, least), np.maximum(stored_high, most)
-        low = np.minimum(low, least * piece.scale + piece.offset)
-        high = np.maximum(high, most * piece.scale + piece.offset)
+        ends = np.array([np.full(3, np.inf), np.full(3, -np.inf)])
+        least_and_most(piece.stored, ends)
+        stored = np.stack([np.minimum(stored[0], ends[0]), np.maximum(stored[1], ends[1])])
+        ends = ends * piece.scale + piece.offset
+        world = np.stack([np.minimum(world[0], ends[0]), np.maximum(world[1], ends[1])])
         heard(count)
     if whole and count:
-        return Totals(count, stored_low, stored_high, scale, offset, names or ())
-    return Totals(count, low, high, None, np.zeros(3), names or ())
+        return Totals(count, stored[0], stored[1], scale, offset, names or ())
+    return Totals(count, world[0], world[1], None, np.zeros(3), names or ())
 
 
 def _listed(names: tuple[str, ...]) -> str:
