@@ -25,6 +25,7 @@ import typer
 from typer.main import get_command
 
 from scanspan import __version__
+from scanspan.cli import splat as trees
 from scanspan.cli import study
 from scanspan.cli.draw import draw
 from scanspan.cli.ivscan import ivscan
@@ -173,9 +174,28 @@ def render(
         None if aov is None else [name.strip() for name in aov.split(",")], names, metadata, words.parse_axis(up),
         words.parse_shade("--color", color), shot, given(look), given(limits),
     )  # fmt: skip
-    with Reporter(verbose) as reporter, Helper() as helper:
-        printed = run(request, reporter, helper)
+    if model.lower().endswith(trees.ENDING):
+        printed = render_tree(request, verbose)
+    else:
+        with Reporter(verbose) as reporter, Helper() as helper:
+            printed = run(request, reporter, helper)
     write_out(printed)
+
+
+def render_tree(request: Request, verbose: bool) -> bytes | str:
+    """Render a tree of splats, and say which options it cannot have."""
+    usual = {"shading": "auto", "crease_angle": 40.0, "edges": False, "line_width": 1.0, "samples": 4, "algorithm": "half-space",
+             "order": "rows", "subpixel_bits": 8, "textures": True}  # fmt: skip
+    odd = [name for name, value in usual.items() if request.look.get(name, value) != value]
+    odd += [name for name, value in (("views", request.views), ("json", request.metadata), ("color", request.color)) if value]
+    if odd:
+        raise InputError(f"--{odd[0].replace('_', '-').replace('textures', 'no-textures')} does not go with a tree of splats")
+    shared = {name: request.look[name] for name in ("cull", "background", "threads", "max_pixels") if name in request.look}
+    with Reporter(verbose) as reporter:
+        return trees.draw_tree(
+            request.model, request.output, request.size, request.shot, request.up, trees.TreeLook(**shared), reporter,
+            request.fields,
+        )  # fmt: skip
 
 
 app.command()(study.explain)
@@ -183,6 +203,7 @@ app.command()(study.algorithms)
 app.command()(draw)
 app.add_typer(lecture, name="lecture")
 app.command()(ivscan)
+app.add_typer(trees.splat, name="splat")
 
 
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
