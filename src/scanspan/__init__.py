@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scanspan import lectures as lectures
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
+    from scanspan.assets.chunks import open_chunks as open_chunks
     from scanspan.assets.cloud import PointCloud as PointCloud
     from scanspan.assets.load import load as load
     from scanspan.assets.material import Material as Material
@@ -87,6 +88,7 @@ _HOMES = {
     "interpolate": "pipeline",
     "load": "assets.load",
     "merge": "target.visibility",
+    "open_chunks": "assets.chunks",
     "rasterize": "pipeline",
     "render": "pipeline",
     "save": "target.save",

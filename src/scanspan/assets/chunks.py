@@ -6,16 +6,27 @@ other, all with the same columns, scale and offset. `load` joins them; a build r
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from importlib import import_module
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scanspan.assets.cloud import COLUMNS, PointCloud
-from scanspan.errors import InputError
+from scanspan.assets.mesh import NONFINITE
+from scanspan.errors import FormatError, InputError, unknown_name
 from scanspan.records import Float64Array
+
+READERS = {
+    "las": ("read_las", "las_chunks"), "laz": ("read_las", "las_chunks"), "ply": ("ply_chunks", "ply_chunks"),
+    "npy": ("read_npy", "npy_chunks"), "xyz": ("read_xyz", "xyz_chunks"), "txt": ("read_xyz", "xyz_chunks"),
+    "csv": ("read_xyz", "xyz_chunks"), "pts": ("read_xyz", "xyz_chunks"),
+}  # fmt: skip
+"""Extension to the module in formats/ and its function that reads chunks."""
 
 CHUNK = 1 << 20
 """Points of a chunk: some 40 megabytes while it is read."""
@@ -47,8 +58,67 @@ class CloudChunks:
         return self.read()
 
 
-def join(chunks: CloudChunks) -> PointCloud:
+def open_chunks(
+    path: str | os.PathLike[str], chunk: int = CHUNK, *, nonfinite: str = "error", file_type: str | None = None
+) -> CloudChunks:
+    """Open a file of points to read it a chunk at a time; no more than some chunks are in memory at once.
+
+    Parameters
+    ----------
+    path : a LAS, LAZ, COPC, PLY, NPY, XYZ, TXT, CSV or PTS file. Of a PLY with faces the vertices are read; one in text is read
+        whole first.
+    chunk : points of a chunk at most, at least 1.
+    nonfinite : "error" or "drop", as for PointCloud.
+    file_type : the extension to go by, where the name has none or a wrong one.
+
+    Returns
+    -------
+    CloudChunks, to loop over as often as you like: `count`, `bounds` and `crs` are what the header says. All chunks know the
+    same of their points.
+
+    Raises
+    ------
+    FormatError : the file is missing, not a regular file, of an unknown kind, damaged or empty; some damage is found only while
+        chunks are read.
+    InputError : an option that cannot be used, or a package is missing.
+    """
+    if nonfinite not in NONFINITE:
+        raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
+    if isinstance(chunk, bool) or not isinstance(chunk, int) or not 1 <= chunk <= 1 << 31:
+        raise InputError(f"chunk = {chunk!r}: expected a whole number of points, 1 to 2^31")
+    name = os.fspath(path)
+    kind = (os.path.splitext(name)[1] if file_type is None else str(file_type)).lower().removeprefix(".")
+    if kind not in READERS:
+        raise unknown_name("file type of a cloud", kind, READERS)
+    size = _size_of(name)
+
+    def open_file() -> BinaryIO:
+        return open(name, "rb")
+
+    module, function = READERS[kind]
+    read: Callable[..., CloudChunks] = getattr(import_module(f"scanspan.assets.formats.{module}"), function)
+    return read(open_file, name, size, chunk, nonfinite)
+
+
+def _size_of(name: str) -> int:
+    """Return the size of a regular file that is not empty."""
+    try:
+        status = os.stat(name)
+    except (OSError, ValueError) as error:
+        reason = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
+        raise FormatError(repr(name) if "\0" in name else name, reason) from None
+    if not stat.S_ISREG(status.st_mode):
+        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
+        raise FormatError(name, f"it is {kind}, expected a file of points")
+    if not status.st_size:
+        raise FormatError(name, "the file is empty")
+    return status.st_size
+
+
+def join(chunks: CloudChunks, check: Callable[[int], None] = lambda count: None) -> PointCloud:
     """Return the cloud of all chunks; columns that are 0 throughout say nothing and are left out.
+
+    `check` is told how many points there are so far, and may raise.
 
     Raises
     ------
@@ -73,6 +143,7 @@ def join(chunks: CloudChunks) -> PointCloud:
                 columns[name] = _fitted(columns[name], values)
                 columns[name][rows] = values
         filled += len(part)
+        check(filled)
     if not parts:
         return PointCloud([], crs=chunks.crs)
     first = parts[0]
@@ -81,7 +152,9 @@ def join(chunks: CloudChunks) -> PointCloud:
             check_alike(part, first)
         stored = np.concatenate([part.stored for part in parts])
         columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}
-    return _as_cloud(stored[:filled], {name: values[:filled] for name, values in columns.items()}, first)
+    if filled < len(stored):
+        stored, columns = stored[:filled], {name: values[:filled] for name, values in columns.items()}
+    return _as_cloud(stored, columns, first)
 
 
 def _fitted(array: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:

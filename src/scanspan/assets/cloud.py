@@ -45,10 +45,10 @@ class PointCloud:
     color : (N, 3) or (N, 4), or one for all: integers 0..255 or floats 0..1, sRGB, kept as uint8; or a CSS name.
     intensity : (N,); integers 0..65535 are kept as uint16, all other numbers as float32.
     classification, return_number, number_of_returns : (N,) integers 0..255.
-    normals : (N, 3) of any length, kept as float32; (0, 0, 0) where there is none.
+    normals : (N, 3) of any length, kept as float32; (0, 0, 0) where there is none, also for one that is not finite.
     size : pixels, above 0; None leaves it to the renderer.
     crs : the coordinate reference system as text, as the file has it.
-    nonfinite : "error" raises for a position, an intensity or a normal that is not finite, "drop" leaves the point out.
+    nonfinite : "error" raises for a position or an intensity that is not finite, "drop" leaves the point out.
 
     Raises
     ------
@@ -162,7 +162,8 @@ class PointCloud:
         if not len(self.stored):
             return np.full((2, 3), np.nan)
         # Rounding keeps the order, so these are the least and the greatest positions to the bit.
-        return np.stack([self.stored.min(axis=0), self.stored.max(axis=0)]) * self.scale + self.offset
+        columns = [self.stored[:, axis] for axis in range(3)]
+        return np.array([[c.min() for c in columns], [c.max() for c in columns]]) * self.scale + self.offset
 
     def take(self, rows: slice | ArrayLike) -> PointCloud:
         """Return some of the points: a slice, which copies nothing, or an array of row numbers or of truth values.
@@ -322,7 +323,8 @@ def _as_normals(values: ArrayLike, count: int) -> NDArray[np.float32]:
     array = as_floats(values, 3, "normals", np.float32)
     if len(array) != count:
         raise InputError(f"normals: expected shape ({count}, 3), one for each point, got {array.shape}")
-    return array
+    finite = np.isfinite(array)
+    return array if finite.all() else np.where(finite.all(axis=1)[:, None], array, np.float32(0))
 
 
 def _find_finite(
@@ -330,7 +332,7 @@ def _find_finite(
 ) -> BoolArray | None:  # fmt: skip
     """Return which points have finite numbers only, None where all have; raise where none may be left out."""
     keep: BoolArray | None = None
-    for label, values in ((name, stored), ("intensity", columns["intensity"]), ("normals", columns["normals"])):
+    for label, values in ((name, stored), ("intensity", columns["intensity"])):
         if values is None or values.dtype.kind != "f" or (finite := np.isfinite(values)).all():
             continue
         good = finite if finite.ndim == 1 else finite.all(axis=1)

@@ -25,11 +25,13 @@ from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Geometry, Instance, Scene, primitive_count
 from scanspan.target.frame import Frame
+from scanspan.view.cloud_metadata import describe_clouds
 from scanspan.view.reporter import to_line
 
 Record = dict[str, Any]
 
 _SHOWN = 20  # rows of one entry that people are shown
+_LONG = 80  # a single thing that takes more letters has a row for each thing known of it
 
 
 def describe_frame(frame: Frame) -> Record:
@@ -218,7 +220,8 @@ def _to_lines(value: Any, indent: str) -> str:
 def describe_model(path: str, scene: Scene) -> Record:
     """Return what is known of a model file: its format and size, the scene, and its parts."""
     kind = Path(path).suffix.lower().removeprefix(".")
-    return {"file": path, "format": kind, "bytes": os.path.getsize(path)} | describe_scene(scene) | describe_parts(scene)
+    record = {"file": path, "format": kind, "bytes": os.path.getsize(path)} | describe_scene(scene) | describe_clouds(scene)
+    return record | describe_parts(scene)
 
 
 def describe_machine() -> Record:
@@ -293,7 +296,8 @@ def _to_rows(value: Any) -> list[str]:
     if isinstance(value, dict):
         return [f"{name.replace('_', ' ')}: {_to_words(item)}" for name, item in value.items()] or ["none"]
     if isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
-        return [_to_words(item) for item in value]
+        rows = [_to_words(item) for item in value]
+        return _to_rows(value[0]) if len(value) == 1 and len(rows[0]) > _LONG else rows
     return [_to_words(value)]
 
 
@@ -306,7 +310,8 @@ def _to_words(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(_to_words(item) for item in value) or "none"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        # Coordinates of surveys have millions of metres and need their millimetres.
+        return f"{value:.6g}" if not 1e5 <= abs(value) < 1e10 else f"{value:.3f}".rstrip("0").rstrip(".")
     if isinstance(value, int) and not isinstance(value, bool):
         return f"{value:,}"
     return "none" if value is None else to_line(str(value))

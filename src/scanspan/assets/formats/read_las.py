@@ -16,7 +16,7 @@ import io
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -26,7 +26,7 @@ from scanspan.assets.cloud import PointCloud
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.formats.las_check import check_chunk_table, check_header
 from scanspan.assets.scene import Instance
-from scanspan.errors import FormatError, InputError, ScanspanError
+from scanspan.errors import FormatError, ScanspanError
 
 MISSING = 'reading LAS, LAZ and COPC files needs laspy and lazrs: pip install "scanspan[points]"'
 
@@ -66,8 +66,15 @@ def read_las(file: ModelFile) -> list[Instance]:
 def las_chunks(open_file: Callable[[], BinaryIO], path: str, size: int, chunk: int, nonfinite: str) -> CloudChunks:
     """Return the chunks of a LAS, LAZ or COPC file."""
     opened = open_las(open_file, path, size)
-    shift = 0 if looks_shallow(opened, PLACES) else 8
-    return chunks_of(opened, chunk, [], shift)
+    chunks = chunks_of(opened, chunk, [], 0 if looks_shallow(opened, PLACES) else 8)
+
+    def read() -> Iterator[PointCloud]:
+        try:
+            yield from chunks.read()
+        except DeepColorsError:
+            raise FormatError(path, "colours of 16 bits come after others that have 8; load the file as a whole") from None
+
+    return replace(chunks, read=read)
 
 
 def open_las(open_file: Callable[[], BinaryIO], path: str, size: int) -> Opened:
@@ -93,7 +100,7 @@ def _import_readers(path: str) -> tuple[Any, Any]:
         import laspy
         import lazrs
     except ImportError:
-        raise InputError(f"{path}: {MISSING}") from None
+        raise FormatError(path, MISSING) from None
     logging.getLogger("laspy").addHandler(logging.NullHandler())
     return laspy, lazrs
 
