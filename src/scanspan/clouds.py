@@ -18,7 +18,7 @@ from scanspan.assets.framing import parse_up
 from scanspan.assets.scene import Instance, Scene
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.spacing import find_spacing
-from scanspan.homogeneous import compose, quote
+from scanspan.homogeneous import compose, quote, transform_points
 from scanspan.raster.algorithms import run_bands
 from scanspan.raster.splat_sums import DEEP, blend_splats
 from scanspan.raster.splats import PAD, cut_blocks, draw_splats, new_keys, pixel_matrix
@@ -47,6 +47,7 @@ class CloudLook(NamedTuple):
     color_by: str
     strength: float  # of eye-dome lighting
     is_asked_for: bool = False  # whether anything but the defaults is
+    reach: int = 1  # pixels to the nearest neighbour of eye-dome lighting
 
 
 class Part(NamedTuple):
@@ -110,6 +111,7 @@ def render_clouds(
     if scene.primitive_count > MAX_POINTS:
         raise LimitError(f"{scene.primitive_count} points: at most {MAX_POINTS} can be numbered")
     parts = [make_part(scene, k, camera, size, look) for k in range(len(scene.instances))]
+    look = look._replace(reach=choose_reach(parts, scene, camera, size))
     colorings = choose_colorings(scene.instances, look.color_by, parse_up(up))
     light = [splat_light(*one, blend) for one in zip(parts, colorings, strict=True)] if look.shape == "gaussian" else []
     sums, centre = np.zeros((size[0] * size[1], 4), np.float32), None
@@ -144,6 +146,19 @@ def make_part(scene: Scene, k: int, camera: Camera, size: tuple[int, int], look:
     reach = COVER * spacing.typical * stretch(instance.transform) * pixels_per_unit(camera, size)
     radii = np.tile([0.0, reach], (len(blocks), 1))
     return Part(instance, cloud.stored, blocks, origins, steps, radii, spacing.share if chosen == "density" else None)
+
+
+def choose_reach(parts: list[Part], scene: Scene, camera: Camera, size: tuple[int, int]) -> int:
+    """Return how far eye-dome lighting looks: one and a half radii of a splat in the middle of the scene, 1 to 8 pixels."""
+    low, high = scene.bounds
+    middle = low / 2.0 + high / 2.0
+    w = float(transform_points(camera.clip_matrix(size), middle[None])[0, 3]) if np.isfinite(middle).all() else 0.0
+    radii = [
+        float(part.radii[0, 0] + part.radii[0, 1] / w)
+        for part in parts
+        if part.radii is not None and len(part.radii) and w > 0.0
+    ]
+    return int(min(max(np.rint(1.5 * max(radii, default=0.5)), 1.0), 8.0))
 
 
 def stretch(transform: Float64Array) -> float:
@@ -228,7 +243,7 @@ def find_shade(camera: Camera, keys: Int64Array, size: tuple[int, int], look: Cl
         return factor
     p, distance = camera.projection(size), np.empty((height, width), np.float32)
     find_distances(keys, p[3, 3] - p[2, 3], -2.0 * p[3, 3], p[2, 2] - p[3, 2], 2.0 * p[3, 2], distance.reshape(-1))
-    per_pixel, reach = 1.0 / pixels_per_unit(camera, size), 1
+    per_pixel, reach = 1.0 / pixels_per_unit(camera, size), look.reach
 
     def darken(y_start: int, y_end: int, stop: Event) -> None:
         """Light the rows of one band."""
