@@ -153,11 +153,8 @@ def choose_reach(parts: list[Part], scene: Scene, camera: Camera, size: tuple[in
     low, high = scene.bounds
     middle = low / 2.0 + high / 2.0
     w = float(transform_points(camera.clip_matrix(size), middle[None])[0, 3]) if np.isfinite(middle).all() else 0.0
-    radii = [
-        float(part.radii[0, 0] + part.radii[0, 1] / w)
-        for part in parts
-        if part.radii is not None and len(part.radii) and w > 0.0
-    ]
+    found = [part.radii[0] for part in parts if part.radii is not None and len(part.radii)]
+    radii = [float(fixed + scale / w) for fixed, scale in found if w > 0.0]
     return int(min(max(np.rint(1.5 * max(radii, default=0.5)), 1.0), 8.0))
 
 
