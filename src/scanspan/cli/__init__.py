@@ -47,7 +47,7 @@ _INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|point_size|point_shape|color_by|eye_dome|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
