@@ -18,22 +18,24 @@ from scanspan.assets.framing import parse_up
 from scanspan.assets.scene import Instance, Scene
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.spacing import find_spacing
-from scanspan.homogeneous import compose, quote
+from scanspan.homogeneous import compose, quote, transform_points
 from scanspan.raster.algorithms import run_bands
+from scanspan.raster.splat_sums import DEEP, blend_splats
 from scanspan.raster.splats import PAD, cut_blocks, draw_splats, new_keys, pixel_matrix
 from scanspan.raster.write import EMPTY_KEY, NUMBER_MASK
-from scanspan.records import Array, Float32Array, Float64Array, Int64Array
+from scanspan.records import Array, Float32Array, Float64Array, Int64Array, UInt16Array
 from scanspan.shade.cloud_colors import Coloring, check_choice, choose_colorings, cloud_of, point_colors
 from scanspan.shade.color import LINEAR_FROM_SRGB8
 from scanspan.shade.eyedome import eye_dome
 from scanspan.target.cloud_frame import CloudFrame
-from scanspan.target.points import add_light, find_distances
+from scanspan.target.points import add_blended, add_light, find_distances
 from scanspan.target.resolve import resolve
 
 SHAPES = ("square", "disc", "gaussian")
 SIZES = ("density", "spacing")
 COVER = 0.9  # radius of a splat, in distances between points: what closes a surface of points that lie as they fall
 MOST_PIXELS = 4096.0
+CHUNK = 1 << 18  # points that are coloured at once
 MAX_POINTS = 1 << 32  # that can be numbered
 
 
@@ -45,6 +47,7 @@ class CloudLook(NamedTuple):
     color_by: str
     strength: float  # of eye-dome lighting
     is_asked_for: bool = False  # whether anything but the defaults is
+    reach: int = 1  # pixels to the nearest neighbour of eye-dome lighting
 
 
 class Part(NamedTuple):
@@ -108,12 +111,18 @@ def render_clouds(
     if scene.primitive_count > MAX_POINTS:
         raise LimitError(f"{scene.primitive_count} points: at most {MAX_POINTS} can be numbered")
     parts = [make_part(scene, k, camera, size, look) for k in range(len(scene.instances))]
+    look = look._replace(reach=choose_reach(parts, scene, camera, size))
     colorings = choose_colorings(scene.instances, look.color_by, parse_up(up))
+    light = [splat_light(*one, blend) for one in zip(parts, colorings, strict=True)] if look.shape == "gaussian" else []
     sums, centre = np.zeros((size[0] * size[1], 4), np.float32), None
     for offset in offsets:
-        keys = draw_parts(parts, camera, size, look, (float(offset[0]), float(offset[1])), threads)
-        add_sample(parts, scene, camera, keys, size, look, colorings, blend, threads, sums)
-        centre = keys if tuple(offset) == (0.5, 0.5) else centre
+        place = (float(offset[0]), float(offset[1]))
+        keys = draw_parts(parts, camera, size, look, place, threads)
+        if look.shape == "gaussian":
+            add_blended_sample(parts, camera, keys, size, look, light, place, threads, sums)
+        else:
+            add_sample(parts, scene, camera, keys, size, look, colorings, blend, threads, sums)
+        centre = keys if place == (0.5, 0.5) else centre
     color = resolve(sums.reshape(size[1], size[0], 4), len(offsets), background, blend)
     if centre is None:
         centre = draw_parts(parts, camera, size, look, (0.5, 0.5), threads)
@@ -137,6 +146,16 @@ def make_part(scene: Scene, k: int, camera: Camera, size: tuple[int, int], look:
     reach = COVER * spacing.typical * stretch(instance.transform) * pixels_per_unit(camera, size)
     radii = np.tile([0.0, reach], (len(blocks), 1))
     return Part(instance, cloud.stored, blocks, origins, steps, radii, spacing.share if chosen == "density" else None)
+
+
+def choose_reach(parts: list[Part], scene: Scene, camera: Camera, size: tuple[int, int]) -> int:
+    """Return how far eye-dome lighting looks: one and a half radii of a splat in the middle of the scene, 1 to 8 pixels."""
+    low, high = scene.bounds
+    middle = low / 2.0 + high / 2.0
+    w = float(transform_points(camera.clip_matrix(size), middle[None])[0, 3]) if np.isfinite(middle).all() else 0.0
+    found = [part.radii[0] for part in parts if part.radii is not None and len(part.radii)]
+    radii = [float(fixed + scale / w) for fixed, scale in found if w > 0.0]
+    return int(min(max(np.rint(1.5 * max(radii, default=0.5)), 1.0), 8.0))
 
 
 def stretch(transform: Float64Array) -> float:
@@ -176,14 +195,44 @@ def add_sample(
     for k, part in enumerate(parts):
         mine = owner == k if len(parts) > 1 else slice(None)
         codes[mine] = point_colors(part.instance, numbers[mine] - firsts[k], colorings[k])
-    table = LINEAR_FROM_SRGB8 if blend == "linear" else (np.arange(256) / 255.0).astype(np.float32)
-    factor = find_shade(parts, camera, keys, size, look, threads)
-    add_light(pixels, codes, table, factor.reshape(-1), sums)
+    add_light(pixels, codes, light_of_codes(blend), find_shade(camera, keys, size, look, threads).reshape(-1), sums)
 
 
-def find_shade(
-    parts: list[Part], camera: Camera, keys: Int64Array, size: tuple[int, int], look: CloudLook, threads: int
-) -> Float32Array:
+def light_of_codes(blend: str) -> Float32Array:
+    """Return what is averaged for each code, (256,): its light, or for "srgb" itself."""
+    return LINEAR_FROM_SRGB8 if blend == "linear" else (np.arange(256) / 255.0).astype(np.float32)
+
+
+def splat_light(part: Part, coloring: Coloring, blend: str) -> UInt16Array:
+    """Return the light of all points of a part, (N, 4) uint16, premultiplied by alpha."""
+    count, table = len(part.positions), light_of_codes(blend)
+    light = np.empty((count, 4), np.uint16)
+    for first in range(0, count, CHUNK):
+        codes = point_colors(part.instance, np.arange(first, min(first + CHUNK, count)), coloring)
+        alpha = codes[:, 3:] / 255.0
+        light[first : first + CHUNK] = np.rint(np.concatenate([table[codes[:, :3]] * alpha, alpha], axis=1) * 65535.0)
+    return light
+
+
+def add_blended_sample(
+    parts: list[Part], camera: Camera, keys: Int64Array, size: tuple[int, int], look: CloudLook, light: list[UInt16Array],
+    offset: tuple[float, float], threads: int, sums: Float32Array,
+) -> None:  # fmt: skip
+    """Blend the splats at one sample of every pixel, and add them to the sums."""
+    p, to_clip = camera.projection(size), camera.clip_matrix(size)
+    towards = np.array([(p[3, 2] - p[2, 2]) / 2.0, p[3, 2], DEEP / pixels_per_unit(camera, size)])
+    blended = np.zeros((size[0] * size[1], 5), np.int64)
+    for part, own in zip(parts, light, strict=True):
+        matrix = pixel_matrix(compose(to_clip, part.instance.transform), size, offset)
+        assert part.radii is not None
+        blend_splats(
+            keys, size, part.positions, part.blocks, part.origins, part.steps, matrix[None], own, towards, radii=part.radii,
+            shares=part.shares, has_far=camera.has_far, threads=threads, sums=blended,
+        )  # fmt: skip
+    add_blended(blended, find_shade(camera, keys, size, look, threads).reshape(-1), sums)
+
+
+def find_shade(camera: Camera, keys: Int64Array, size: tuple[int, int], look: CloudLook, threads: int) -> Float32Array:
     """Return by how much eye-dome lighting lessens the light of each pixel, (H, W)."""
     width, height = size
     factor = np.ones((height, width), np.float32)
@@ -191,7 +240,7 @@ def find_shade(
         return factor
     p, distance = camera.projection(size), np.empty((height, width), np.float32)
     find_distances(keys, p[3, 3] - p[2, 3], -2.0 * p[3, 3], p[2, 2] - p[3, 2], 2.0 * p[3, 2], distance.reshape(-1))
-    per_pixel, reach = 1.0 / pixels_per_unit(camera, size), 1
+    per_pixel, reach = 1.0 / pixels_per_unit(camera, size), look.reach
 
     def darken(y_start: int, y_end: int, stop: Event) -> None:
         """Light the rows of one band."""

@@ -206,8 +206,15 @@ class Scene:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """All positions that are used, in the world, (N, 3) float64: what a camera has to have in view."""
-        found = [transform_points(instance.transform, instance.used_positions)[:, :3] for instance in self.instances]
+        """What a camera has to have in view, (N, 3) float64 in the world: positions that are used, or points about a cloud."""
+        found = []
+        for one in self.instances:
+            if isinstance(one.geometry, PointCloud):
+                from scanspan.assets.envelope import find_envelope  # it needs the compiler
+
+                found.append(transform_points(one.transform, find_envelope(one.geometry))[:, :3])
+            else:
+                found.append(transform_points(one.transform, one.used_positions)[:, :3])
         return np.concatenate(found) if found else np.empty((0, 3))
 
     @property

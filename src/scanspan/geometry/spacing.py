@@ -114,8 +114,9 @@ def measure(cloud: PointCloud) -> Spacing:
     count = len(cloud)
     if not count:
         return Spacing(0.0, np.empty(0, np.float32))
-    low = cloud.stored.min(axis=0).astype(np.float64)
-    extent = (cloud.stored.max(axis=0).astype(np.float64) - low) * cloud.scale
+    columns = [cloud.stored[:, k] for k in range(3)]
+    low, high = np.array([[end(column) for column in columns] for end in (np.min, np.max)], np.float64)
+    extent = (high - low) * cloud.scale
     longest, second = float(np.sort(extent)[2]), float(np.sort(extent)[1])
     if not longest > 0.0:
         return Spacing(0.0, np.ones(count, np.float32))

@@ -195,13 +195,17 @@ def run_layers(
     return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
 
 
-def draw_layers(draw: Callable[[Int64Array, int, int, Event], Any], target: Int64Array, count: int, threads: int) -> list[Any]:
+def draw_layers(
+    draw: Callable[[Int64Array, int, int, Event], Any], target: Int64Array, count: int, threads: int,
+    empty: int = int(EMPTY_KEY), merge: np.ufunc = np.maximum,
+) -> list[Any]:  # fmt: skip
     """Call `draw(keys, first, last, stop)` for parts of `count` things, and keep the largest key of each sample.
 
-    Each thread has keys of its own, and the first one those of the target; what the calls gave is returned in order.
+    Each thread has keys of its own, which are `empty`, and the first one those of the target; what the calls gave is returned
+    in order. `merge` may be another operation in which neither order nor grouping matters.
     """
     free = SimpleQueue[Int64Array]()
-    others = [np.full(target.shape, EMPTY_KEY) for _ in range(threads - 1)]
+    others = [np.full(target.shape, empty, np.int64) for _ in range(threads - 1)]
     for keys in (target, *others):
         free.put(keys)
 
@@ -215,7 +219,7 @@ def draw_layers(draw: Callable[[Int64Array, int, int, Event], Any], target: Int6
     def keep_largest(start: int, end: int, stop: Event) -> None:
         """Merge the rows of one band."""
         for keys in others:
-            np.maximum(target[start:end], keys[start:end], out=target[start:end])
+            merge(target[start:end], keys[start:end], out=target[start:end])
 
     found = run_bands(draw_part, count, threads, each=4)
     if others:

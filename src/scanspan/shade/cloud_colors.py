@@ -117,8 +117,11 @@ def values_of(instance: Instance, kind: str, rows: Int64Array, up: Float64Array)
     """Return the heights in the world, or the intensities, of some points."""
     if kind == "intensity":
         return column_of(cloud_of(instance), "intensity")[rows].astype(np.float64)
-    x, y, z = places_of(instance, rows).T
-    return np.asarray((x * up[0] + y * up[1]) + z * up[2])
+    cloud, m = cloud_of(instance), instance.transform
+    along = [float((up[0] * m[0, k] + up[1] * m[1, k]) + up[2] * m[2, k]) for k in range(4)]
+    x, y, z = (cloud.stored[:, k][rows] * (along[k] * cloud.scale[k]) for k in range(3))
+    base = sum(along[k] * float(cloud.offset[k]) for k in range(3)) + along[3]
+    return np.asarray(((x + y) + z) + base, np.float64)
 
 
 def places_of(instance: Instance, rows: Int64Array) -> Float64Array:

@@ -5,8 +5,8 @@ width that the step between the two has in space. So the picture does not change
 it does with the usual differences of logarithms. The steepness t counts as t / (t + 4), and the light is 1 / (1 + a multiple of
 the mean): fractions, where others have an exponential, so that the bits are the same on every machine.
 
-Neighbours are looked at in eight directions and at three distances, which show edges and hollows. The nearest is the radius of
-the splats: within one, all has one depth.
+Neighbours are looked at in eight directions and at three distances, which show edges and hollows. The nearest lies somewhat
+beyond the radius of the splats, as all of one has one depth: closer by, their rims would be seen and not the shape.
 
 Source: C. Boucheny, Visualisation scientifique de grands volumes de donnees (2009), for the idea.
 """
@@ -20,7 +20,7 @@ from scanspan.records import Float32Array
 
 DISTANCES = 3  # each twice the one before
 HALF = np.float32(4.0)  # the steepness that counts half
-WEIGHT = 6.0  # of the mean at strength 1
+WEIGHT = 4.0  # of the mean at strength 1
 
 
 @kernel

@@ -21,6 +21,20 @@ def find_distances(keys: Int64Array, n0: float, n1: float, d0: float, d1: float,
 
 
 @kernel
+def add_blended(blended: Int64Array, factor: Float32Array, sums: Float32Array) -> None:
+    """Add blended splats to the sums of their pixels.
+
+    Shapes  blended: (n, 5), light of 16 bits and alpha times weights, and the weights; factor: (n,); sums: (n, 4).
+    """
+    for i in range(blended.shape[0]):
+        if blended[i, 4] > 0:
+            whole = np.float64(blended[i, 4]) * 65535.0
+            for c in range(3):
+                sums[i, c] += np.float32(np.float64(blended[i, c]) / whole * np.float64(factor[i]))
+            sums[i, 3] += np.float32(np.float64(blended[i, 3]) / whole)
+
+
+@kernel
 def add_light(pixels: Int64Array, codes: UInt8Array, table: Float32Array, factor: Float32Array, sums: Float32Array) -> None:
     """Add the colours of points to the sums of their pixels, as light.
 
