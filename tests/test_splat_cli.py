@@ -11,6 +11,7 @@ from PIL import Image
 
 import scanspan as ss
 from scanspan.cli import main
+from scanspan.view.shot import Shot, make_camera
 
 
 @pytest.fixture
@@ -31,7 +32,8 @@ def test_points_become_a_tree_and_a_picture(folder: Path, capsys: pytest.Capture
     assert main(["splat", "render", "made.scansplat", "-o", "made.png", "--size", "200x100", "--error", "4"]) == 0
     assert capsys.readouterr().out == "made.png\n"
     expected = ss.splat.open("ball.scansplat").render("iso", (200, 100), error=4)
-    assert (np.asarray(Image.open("made.png")) == expected.color).all()
+    with Image.open("made.png") as picture:
+        assert (np.asarray(picture) == expected.color).all()
 
 
 def test_names_are_chosen_where_none_are_given(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -50,14 +52,13 @@ def test_options_reach_the_picture(folder: Path) -> None:
         "--camera-direction", "front", "--up", "y", "--background-color", "black", "--budget", "300", "--threads", "1",
     ]  # fmt: skip
     assert main(["splat", "render", "ball.scansplat", "-o", "x.npy", "--size", "64x48", *arguments]) == 0
-    expected = tree.render("front", (64, 48), background="black", budget=300)
-    from scanspan.view.shot import Shot, make_camera
-
-    camera = make_camera(tree, Shot("front"), (64, 48))  # type: ignore[arg-type]
-    assert (np.load("x.npy") == tree.render(camera, (64, 48), background="black", budget=300).color).all()
+    camera = make_camera(tree, Shot("front"), (64, 48))
+    expected = tree.render(camera, (64, 48), background="black", budget=300)
     assert expected.splats <= 300
+    assert (np.load("x.npy") == expected.color).all()
     assert main(["splat", "render", "ball.scansplat", "-o", "y.png", "--size", "64x48", "--deadline", "0"]) == 0
-    assert Image.open("y.png").size == (64, 48)
+    with Image.open("y.png") as picture:
+        assert picture.size == (64, 48)
 
 
 def test_arrays_can_be_had(folder: Path) -> None:
@@ -91,13 +92,13 @@ def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["render", "nothing.scansplat"], "nothing.scansplat: cannot be opened"),
         (["render", "ball.xyz", "-o", "x.png"], "ball.xyz: byte 0: expected a file of splats"),
-        (["render", "ball.scansplat", "-o", "x.gif"], "x.gif"),
+        (["render", "ball.scansplat", "-o", "x.gif"], "unknown image format '.gif'"),
         (["render", "ball.scansplat", "--error", "-1"], "error = -1.0: must be a number from 0 to 1000000.0"),
         (["render", "ball.scansplat", "--budget", "3"], "budget = 3: must be a whole number from 256"),
         (["render", "ball.scansplat", "--cull", "front"], "unknown cull 'front'"),
         (["render", "ball.scansplat", "--size", "0"], "--size: size = (0, 0)"),
         (["render", "ball.scansplat", "--no-background", "--background-color", "red"], "do not go together"),
-        (["render", "ball.scansplat", "-o", "ball.scansplat"], "ball.scansplat"),
+        (["render", "ball.scansplat", "-o", "ball.scansplat"], "unknown image format '.scansplat'"),
         (["build", "nothing.laz"], "nothing.laz"),
         (["build", "ball.xyz", "--max-memory", "1MB"], 'expected at least "256MB"'),
         (["build", "ball.xyz", "--normals", "some"], "unknown value of normals 'some'"),
