@@ -1,9 +1,9 @@
 """The four pictures of the lecture: `python -m benchmarks.splats -o docs/splats.md --pictures docs/pictures`.
 
-One large model, a generated scan of a ball with bumps, is built into a tree of splats once and kept in a temporary folder. It is
-drawn at 1920 x 1080 with one thread at four thresholds, which are looked for so that the counts of splats come as near as they
-can to the lecture's: 130,712, 259,975, 1,017,149 and 14,835,967. What is timed is all of `SplatTree.render`, warm: cut, drawing,
-shading. Beside it, in the same run and in turns: a plain Numba loop and NumPy over the same splats as float64 points, one pixel
+One large model, a generated scan of a ball with bumps, is built into a tree of splats once and kept in a temporary folder. It
+is drawn at 1920 x 1080 with one thread at four thresholds, which are looked for so that the counts of splats come as near as
+they can to the lecture's: 130,712, 259,975, 1,017,149 and 14,835,967. What is timed is all of `SplatTree.render`, warm: cut,
+drawing, shading. Beside it, in the same run: a plain Numba loop and NumPy over the same splats as float64 points, one pixel
 each, without colour, light or size; and datashader, where it is installed, which bins points of a plane.
 
 Times are CPU time of the process, medians. The table goes between the two markers of the page.
@@ -187,7 +187,8 @@ def table(rows: list[Row]) -> str:
     """Return the figures as Markdown."""
     names = list(rows[0].peers)
     lines = [
-        "| lecture: splats, ms | error, px | splats | ms (fastest) | M splats/s | target, aim | " + "".join(f"{n} | " for n in names),
+        "| lecture: splats, ms | error, px | splats | ms (fastest) | M splats/s | target, aim | "
+        + "".join(f"{n} | " for n in names),
         "|---|---|---|---|---|---|" + "---|" * len(names),
     ]
     for row, count, lecture, target, aim in zip(rows, COUNTS, LECTURE, TARGETS, AIMS):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,7 @@ def test_frames_of_a_refinement_only_get_better(name: str, camera: str) -> None:
     differences = [float(np.abs(frame.color.astype(np.int64) - last.color).mean()) for frame in frames]
     assert differences == sorted(differences, reverse=True)
     assert differences[0] > differences[1] > 0.0
-    for before, after in zip(frames, frames[1:]):
+    for before, after in pairwise(frames):
         assert not (covered(before) & ~covered(after)).any()
         assert before.splats < after.splats
         assert before.error >= after.error
@@ -70,7 +71,7 @@ def test_real_clouds_only_get_better(file: str, direction: str, shared_data: Pat
     differences = [float(np.abs(frame.color.astype(np.int64) - last.color).mean()) for frame in frames]
     assert differences == sorted(differences, reverse=True)
     assert differences[-1] == 0.0
-    for before, after in zip(frames, frames[1:]):
+    for before, after in pairwise(frames):
         assert not (covered(before) & ~covered(after)).any()
     assert 0.02 < last.coverage < 0.7
 
@@ -237,9 +238,10 @@ def test_a_far_origin_keeps_the_picture() -> None:
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3000))
 def test_scattered_points_never_return_to_the_background(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)
-    tree = ss.splat.build({"positions": random.normal(size=(count, 3)), "color": random.integers(0, 256, (count, 3), np.uint8)})
-    frames = list(tree.refine(random.normal(size=3).round(2).tolist() and "iso", (64, 48)))
-    for before, after in zip(frames, frames[1:]):
+    colors = random.integers(0, 256, (count, 3), np.uint8)
+    tree = ss.splat.build({"positions": random.normal(size=(count, 3)), "color": colors})
+    frames = list(tree.refine("iso", (64, 48)))
+    for before, after in pairwise(frames):
         assert not (covered(before) & ~covered(after)).any()
     assert np.array_equal(frames[-1].color, tree.render("iso", (64, 48)).color)
 

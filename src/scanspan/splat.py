@@ -1,8 +1,8 @@
 """Splats in a hierarchy: a tree of points is built once, and then as much of it is drawn as can be seen.
 
 A tree is drawn block by block: the cut says which, culling and going down until an error in pixels is met (geometry/cut.py);
-blocks are decoded once and kept; what is seen is shaded afterwards. The same tree, camera and error give the same picture to the
-byte, for any number of threads, whatever is kept.
+blocks are decoded once and kept; what is seen is shaded afterwards. The same tree, camera and error give the same picture to
+the byte, for any number of threads, whatever is kept.
 
 Refining draws the splats of that same cut in four passes, each spread over the whole picture, into the same keys. A key only
 comes nearer, so no pixel goes back to the background, nothing is drawn or read twice, and the last pass leaves the picture that
@@ -91,8 +91,8 @@ class SplatTree(stored.SplatTree):
 
     def render(
         self, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *, error: float = 1.0,
-        budget: int | None = None, cull: str = "none", background: Any = None, up: str | None = None, threads: int | None = None,
-        max_pixels: int = MAX_PIXELS,
+        budget: int | None = None, cull: str = "none", background: Any = None, up: str | None = None,
+        threads: int | None = None, max_pixels: int = MAX_PIXELS,
     ) -> SplatFrame:  # fmt: skip
         """Draw the tree.
 
@@ -213,7 +213,7 @@ class _State:
         view, cut = self.cut(request)
         with self.cache.lock:
             before = self.cache.bytes_read
-            picture = SplatPicture(self.cache, request.camera, request.size, cut.nodes, view, request.threads)
+            picture = SplatPicture(self.cache, self.columns, request.camera, request.size, cut.nodes, view, request.threads)
             picture.draw(np.arange(len(cut.nodes)))
             return self._frame(picture, request, picture.keys, before, cut.error, True)
 
@@ -223,7 +223,7 @@ class _State:
         count, before = len(cut.nodes), self.cache.bytes_read
         coarse = self._coarse_cut(request, view, cut) if deadline is not None else cut._replace(nodes=cut.nodes[:0])
         nodes = np.append(cut.nodes, coarse.nodes)
-        picture = SplatPicture(self.cache, request.camera, request.size, nodes, view, request.threads)
+        picture = SplatPicture(self.cache, self.columns, request.camera, request.size, nodes, view, request.threads)
         last, bound = len(STRIDES) - 1, np.inf
         for number in range(len(STRIDES)) if count else [last]:
             gap = 0.0
@@ -267,8 +267,8 @@ def build(
 
     Parameters
     ----------
-    points : a path of a file of points, a PointCloud, an array (N, 3), a Mesh (its vertices), a dict of what PointCloud takes and
-        "radius" (N,), or an iterator of pieces of these.
+    points : a path of a file of points, a PointCloud, an array (N, 3), a Mesh (its vertices), a dict of what PointCloud takes
+        and "radius" (N,), or an iterator of pieces of these.
     path : the file to write; None keeps the tree in memory, however large it is.
     normals : "given" keeps those of the points; "none" leaves them out; "estimate" finds them from neighbours.
     exact : whether points keep the whole numbers that they have in their file, where those of a block fit in 16 bits; else they

@@ -195,8 +195,10 @@ def render(
 
 def render_tree(request: Request, verbose: bool) -> bytes | str:
     """Render a tree of splats, and say which options it cannot have."""
-    usual = {"shading": "auto", "crease_angle": 40.0, "edges": False, "line_width": 1.0, "samples": 4, "algorithm": "half-space",
-             "order": "rows", "subpixel_bits": 8, "textures": True}  # fmt: skip
+    usual = {
+        "shading": "auto", "crease_angle": 40.0, "edges": False, "line_width": 1.0, "samples": 4, "algorithm": "half-space",
+        "order": "rows", "subpixel_bits": 8, "textures": True,
+    }  # fmt: skip
     odd = [name for name, value in usual.items() if request.look.get(name, value) != value]
     odd += [name for name, value in (("views", request.views), ("json", request.metadata), ("color", request.color)) if value]
     if odd:

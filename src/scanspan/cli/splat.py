@@ -31,7 +31,9 @@ TreeOutput = Annotated[
 ]
 Picture = Annotated[
     str | None,
-    typer.Option("-o", "--output", metavar="FILE", help="The picture: .png .jpg .ppm .npy, or .npz; - is a PNG on standard output."),
+    typer.Option(
+        "-o", "--output", metavar="FILE", help="The picture: .png .jpg .ppm .npy, or .npz; - is a PNG on standard output."
+    ),
 ]  # fmt: skip
 Error = Annotated[float, typer.Option(metavar="PIXELS", help="How far anything may lie from where it is drawn.")]
 Budget = Annotated[int | None, typer.Option(metavar="N", help="Draw no more splats than that, 256 or more.")]
@@ -232,7 +234,8 @@ def draw_shot(tree: SplatTree, shot: Shot, size: tuple[int, int], look: TreeLook
     """Return the picture of a tree."""
     from scanspan.view.shot import make_camera
 
-    camera = make_camera(tree, shot, size)
+    scene: Any = tree  # a tree has the bounds, points and up that a camera asks a scene for
+    camera = make_camera(scene, shot, size)
     asked: dict[str, Any] = {"error": look.error, "budget": look.budget, "cull": look.cull, "background": look.background}
     asked |= {"threads": look.threads} | ({} if look.max_pixels is None else {"max_pixels": look.max_pixels})
     if look.deadline is None:

@@ -4,13 +4,13 @@ A cut takes exactly one block on every path from the root to a leaf: an antichai
 root, a block is replaced by its children while what they would add could be seen. Blocks that lie outside of the picture, or
 that turn away from the eye, are left out with all that is below them.
 
-All splats of a block and of the blocks below it lie in one sphere, and a splat lies within `splat_radius` of what it stands for.
-Where (x, y) = (X, Y) / W is the projection in pixels, a step d from p to another point q of the sphere moves the picture by
-((a - x m) . d, (b - y m) . d) / W(q), where a, b and m are the linear parts of X, Y and W, and x, y belong to p. So the norm of
-that 2 x 3 matrix, times the radius, over the least W in the sphere bounds the error. The norm at p is the one at the centre of
-the sphere and no more than |m| times the distance between the two on the screen; within the picture it is no more than at its
-corners, as it is convex. That holds for any projection, off the middle of a picture as in it; parallel rays are m = 0. Where the
-sphere reaches behind the eye there is no bound, and the block is replaced.
+All splats of a block and of the blocks below it lie in one sphere, and a splat lies within `splat_radius` of what it stands
+for. Where (x, y) = (X, Y) / W is the projection in pixels, a step d from p to another point q of the sphere moves the picture
+by ((a - x m) . d, (b - y m) . d) / W(q), where a, b and m are the linear parts of X, Y and W, and x, y belong to p. So the norm
+of that 2 x 3 matrix, times the radius, over the least W in the sphere bounds the error. The norm at p is the one at the centre
+of the sphere and no more than |m| times the distance between the two on the screen; within the picture it is no more than at
+its corners, as it is convex. That holds for any projection, off the middle of a picture as in it; parallel rays are m = 0.
+Where the sphere reaches behind the eye there is no bound, and the block is replaced.
 
 The price of a bound that holds everywhere: towards the corners of a picture more is drawn than in the middle.
 
@@ -315,7 +315,7 @@ def raise_error(least: Float64Array, above: Float64Array, counts: Int64Array, er
 def write_stretch(
     matrix: Float64Array, most: float, slope: float, center: Float64Array, radius: Float64Array, stretch: Float64Array
 ) -> None:
-    """Write the norm of the projection in the middle of some spheres, (n,): the largest of the picture where that is unknown."""
+    """Write the norm of the projection in the middle of some spheres, (n,); the largest of the picture where it is unknown."""
     for i in range(len(radius)):
         x, y, z = center[i, 0], center[i, 1], center[i, 2]
         w = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z + matrix[2, 3]

@@ -135,7 +135,7 @@ def paint_keys(keys: Int64Array, first: int, last: int, colors: Array, behind: A
 
 
 class Look(NamedTuple):
-    """How splats are coloured: lit where they have normals, else as they are, and by height where they have no colour either."""
+    """How splats are coloured: lit where they have normals, else as they are; by height without a colour of their own."""
 
     base: Float32Array  # (4,) the linear colour of splats with normals and without colour
     lights: Lights

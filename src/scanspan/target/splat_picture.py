@@ -13,7 +13,7 @@ import numpy as np
 from scanspan.assets.camera import Camera
 from scanspan.assets.splats.cache import ORDERS, STRIDES, BlockCache, pass_ends
 from scanspan.color.transfer import STARTS
-from scanspan.geometry.cut import SplatView, largest_gap, stretch_of_nodes
+from scanspan.geometry.cut import NodeColumns, SplatView, largest_gap, stretch_of_nodes
 from scanspan.raster.algorithms import run_bands
 from scanspan.raster.splats import draw_splats, new_keys, pixel_matrix
 from scanspan.records import Float32Array, Int64Array, UInt8Array
@@ -38,19 +38,17 @@ class SplatPicture:
     """
 
     def __init__(
-        self, cache: BlockCache, camera: Camera, size: tuple[int, int], nodes: Int64Array, view: SplatView, threads: int,
-        keys: Int64Array | None = None,
+        self, cache: BlockCache, columns: NodeColumns, camera: Camera, size: tuple[int, int], nodes: Int64Array,
+        view: SplatView, threads: int,
     ) -> None:  # fmt: skip
         self.cache, self.camera, self.size, self.threads, self.view = cache, camera, size, threads, view
         self.nodes, self.splats = nodes, 0
-        self.keys = new_keys(size) if keys is None else keys
+        self.keys = new_keys(size)
         self.matrix = pixel_matrix(view.clip, size)[None]
-        tree = cache.tree
-        table = tree.nodes[nodes]
-        self._low, self._step, self._count = table["low"], table["step"], table["count"].astype(np.int64)
-        self._center, self._radius = np.ascontiguousarray(table["center"]), np.ascontiguousarray(table["radius"])
-        self._radii = np.zeros((len(table), 2))
-        self._radii[:, 1] = table["splat_radius"] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE
+        self._low, self._step, self._count = cache.low[nodes], cache.step[nodes], cache.count[nodes]
+        self._center, self._radius = columns.center[nodes], columns.radius[nodes]
+        self._radii = np.zeros((len(nodes), 2))
+        self._radii[:, 1] = columns.splat_radius[nodes] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE
 
     def _reach(self, rows: Int64Array) -> int:
         """Return how many pixels splats of some blocks reach: half the largest radius of the block in the middle among them."""
@@ -120,15 +118,11 @@ class SplatPicture:
         # Look up the colour of each pixel.
         backdrop = resolve(np.zeros((height, 1, 4), np.float32), 1, behind)
         picture = np.empty((height, width, 4), np.uint8)
-        flat, table, ground = (
-            picture.reshape(-1, 4).view(np.uint32)[:, 0],
-            colors.view(np.uint32)[:, 0],
-            backdrop.view(np.uint32),
-        )
+        flat, table, ground = (array.reshape(-1, 4).view(np.uint32)[:, 0] for array in (picture, colors, backdrop))
 
         def paint(first: int, last: int, _: Event) -> None:
             """Paint some rows."""
-            paint_keys(self.keys, first, last, table, ground.reshape(-1), width, flat)
+            paint_keys(self.keys, first, last, table, ground, width, flat)
 
         run_bands(paint, height, self.threads)
         if not self.cache.tree.has_normals:

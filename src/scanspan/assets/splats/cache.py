@@ -3,9 +3,9 @@
 Within a block the splats are put in passes: every 64th along Morton's curve, then those between them that are every 16th, every
 4th, and the rest. So the first ones of all blocks are spread evenly over everything, and a part of each is one range.
 
-Blocks are put one behind the other as they are read. When the next ones do not fit within the limit, everything is forgotten and
-what is wanted now is read again: simple, and it costs a reading of one view, not of the tree. A view that is larger than the
-limit is handed out in parts, each within it.
+Blocks are put one behind the other as they are read. When the next ones do not fit within the limit, everything is forgotten
+and what is wanted now is read again: simple, and it costs a reading of one view, not of the tree. A view that is larger than
+the limit is handed out in parts, each within it.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def pass_ends(count: Int64Array, number: int) -> Int64Array:
 def put_in_passes(orders: Array, starts: Int64Array, source: Splats, out: Splats, first: int) -> None:
     """Copy blocks, each in the order of its passes.
 
-    Shapes  orders: ORDERS; starts: (K + 1,) of the blocks in `source`; out: the blocks come one behind the other from `first` on.
+    Shapes  orders: ORDERS; starts: (K + 1,) of the blocks in `source`; out: blocks come one behind the other from `first` on.
     """
     has_color, has_normal = source.color.shape[0] > 0, source.normal.shape[0] > 0
     for b in range(starts.shape[0] - 1):
@@ -73,6 +73,7 @@ class BlockCache:
 
     Attributes
     ----------
+    count, low, step : (M,), (M, 3) and (M, 3) columns of the table of nodes, each by itself, as pictures take them row by row.
     splats : the arrays that hold them.
     start : (M,) int64, the first splat of each node in them; -1 for one that is not there.
     bytes_read : of decoded splats so far, all told.
@@ -82,6 +83,7 @@ class BlockCache:
     def __init__(self, tree: SplatTree, max_bytes: int = MAX_BYTES) -> None:
         self.tree, self.lock, self.bytes_read = tree, RLock(), 0
         self.count = tree.nodes["count"].astype(np.int64)
+        self.low, self.step = np.ascontiguousarray(tree.nodes["low"]), np.ascontiguousarray(tree.nodes["step"])
         self.start = np.full(len(tree.nodes), -1, np.int64)
         self.width = 7 + 3 * tree.has_color + 2 * tree.has_normals
         self.limit = max(max_bytes // self.width, BLOCK)

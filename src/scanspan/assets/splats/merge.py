@@ -1,8 +1,8 @@
 """Groups of about four splats, and the splat that stands for each: averages, a radius that covers them, a cone of normals.
 
-A group is a range of the Morton order, cut where the highest bit differs, so its members share a cell, and cut further where they
-lie much farther apart than they reach: one splat that covers both ends of a gap would cover the gap too. Where that leaves more
-than half as many groups as splats, and a few more, one that would stand alone joins the neighbour that is nearer in the tree instead.
+A group is a range of the Morton order, cut where the highest bit differs, so its members share a cell, and cut further where
+they lie much farther apart than they reach: one splat that covers both ends of a gap would cover the gap too. Where that leaves
+more than half as many groups as splats, and a few more, one that would stand alone joins its nearer neighbour in the tree.
 
 The average of colours is that of light, not of codes. The sphere of a parent holds the spheres of its children as they are
 decoded, so it holds everything below, and no hole opens when it is drawn in their place. The price: spheres around spheres are
@@ -100,7 +100,7 @@ def cut_groups(
 
 @kernel
 def join_lone(splats: Float64Array, count: Integer, starts: Int64Array, groups: Integer) -> int:
-    """Let a splat that stands alone join the part before it, if that is nearer in the tree and not full, or else the part after."""
+    """Let a splat that stands alone join the part before it, if that is nearer in the tree and not full, or else the next."""
     joined = 0
     k = 0
     while k < groups:
