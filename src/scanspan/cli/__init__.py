@@ -186,29 +186,11 @@ def render(
         given(parts.parse_choice(bounds, classification, returns)),
     )  # fmt: skip
     if model.lower().endswith(trees.ENDING):
-        printed = render_tree(request, verbose)
+        printed = trees.draw_request(request, verbose)
     else:
         with Reporter(verbose) as reporter, Helper() as helper:
             printed = run(request, reporter, helper)
     write_out(printed)
-
-
-def render_tree(request: Request, verbose: bool) -> bytes | str:
-    """Render a tree of splats, and say which options it cannot have."""
-    usual = {
-        "shading": "auto", "crease_angle": 40.0, "edges": False, "line_width": 1.0, "samples": 4, "algorithm": "half-space",
-        "order": "rows", "subpixel_bits": 8, "textures": True,
-    }  # fmt: skip
-    odd = [name for name, value in usual.items() if request.look.get(name, value) != value]
-    odd += [name for name, value in (("views", request.views), ("json", request.metadata), ("color", request.color)) if value]
-    if odd:
-        raise InputError(f"--{odd[0].replace('_', '-').replace('textures', 'no-textures')} does not go with a tree of splats")
-    shared = {name: request.look[name] for name in ("cull", "background", "threads", "max_pixels") if name in request.look}
-    with Reporter(verbose) as reporter:
-        return trees.draw_tree(
-            request.model, request.output, request.size, request.shot, request.up, trees.TreeLook(**shared), reporter,
-            request.fields,
-        )  # fmt: skip
 
 
 app.command()(study.explain)

@@ -14,12 +14,19 @@ from scanspan.view import options
 from scanspan.view.reporter import Reporter, to_line
 
 if TYPE_CHECKING:
+    from scanspan.cli import Request
     from scanspan.splat import SplatTree
     from scanspan.target.splat_frame import SplatFrame
     from scanspan.view.shot import Shot
 
 ENDING = ".scansplat"
 DEFAULT_SIZE = (1280, 960)
+
+# What `scanspan render` has for scenes and a tree of splats cannot have, as it is where nothing was said.
+USUAL = {
+    "shading": "auto", "crease_angle": 40.0, "edges": False, "line_width": 1.0, "samples": 4, "algorithm": "half-space",
+    "order": "rows", "subpixel_bits": 8, "textures": True,
+}  # fmt: skip
 
 splat = typer.Typer(rich_markup_mode="rich", context_settings={"help_option_names": ["-h", "--help"]})
 
@@ -219,6 +226,19 @@ def draw_tree(
         return encoded
     write_bytes(target, encoded)
     return f"{target}\n"
+
+
+def draw_request(request: Request, verbose: bool) -> bytes | str:
+    """Draw a tree that `scanspan render` was asked for, and say which of its options a tree cannot have."""
+    odd = [name for name, value in USUAL.items() if request.look.get(name, value) != value]
+    odd += [name for name, value in (("views", request.views), ("json", request.metadata), ("color", request.color)) if value]
+    if odd:
+        raise InputError(f"--{odd[0].replace('_', '-').replace('textures', 'no-textures')} does not go with a tree of splats")
+    shared = {name: request.look[name] for name in ("cull", "background", "threads", "max_pixels") if name in request.look}
+    with Reporter(verbose) as reporter:
+        return draw_tree(
+            request.model, request.output, request.size, request.shot, request.up, TreeLook(**shared), reporter, request.fields
+        )
 
 
 def open_tree(path: str, up: str | None) -> SplatTree:
