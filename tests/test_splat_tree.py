@@ -18,7 +18,7 @@ from scanspan.assets.splats.job import build_file
 from scanspan.assets.splats.tree import SplatTree
 from scanspan.errors import InputError
 from scanspan.records import Array
-from tests.splatting import ball, check_points, check_tree, decoded, hard, parents
+from tests.splatting import ball, check_points, check_tree, decoded, hard, numbered, parents
 
 # Order
 
@@ -174,7 +174,7 @@ def test_trees_of_huge_and_tiny_clouds(scale: float, offset: tuple[float, ...]) 
 def test_flat_and_straight_clouds() -> None:
     rng = np.random.default_rng(6)
     for factors in [(1, 1, 0), (1, 0, 0), (0, 0, 1)]:
-        cloud = {"positions": rng.random((3000, 3)) * factors}
+        cloud = {"positions": rng.random((3000, 3)) * factors, "color": numbered(3000)}
         check_tree(build_tree(cloud), cloud)
 
 
@@ -183,7 +183,7 @@ def test_integers_come_back_where_the_step_allows() -> None:
     numbers = rng.integers(-(2**31), 2**31, (5000, 3))
     numbers[:, 2] = 17
     numbers[2500:] = rng.integers(1000, 4000, (2500, 3))
-    cloud = PointCloud(integers=numbers, scale=(0.01, 0.01, 0.001), offset=(5e5, 4e6, 0.0))
+    cloud = PointCloud(integers=numbers, scale=(0.01, 0.01, 0.001), offset=(5e5, 4e6, 0.0), color=numbered(5000))
     tree = build_tree(cloud, exact=True)
     offset, scale, base = tree.lattice
     leaves = np.flatnonzero(tree.is_leaf & (tree.nodes["step"] == scale).all(axis=1))
@@ -194,7 +194,7 @@ def test_integers_come_back_where_the_step_allows() -> None:
     assert {tuple(row) for row in found.tolist()} <= true
     assert offset.tolist() == [5e5, 4e6, 0.0]
     assert tree.nodes["error"][number].max() < 1e-7
-    check_points(tree, {"positions": cloud.positions})
+    check_points(tree, cloud.positions)
 
 
 def test_errors_are_a_tenth_of_the_parents_radius_in_thirteenths() -> None:

@@ -81,11 +81,15 @@ def _sort(
     names = kept_columns(totals.names, normals)
     header = header_of(lattice, totals.names, normals)
     if totals.points <= size:
-        builder = Builder(lattice, names, normals == "estimate", exact, FileTarget(header, path, journal.folder / "blocks"))
-        if totals.points:
-            builder.add(Cell(join_rows(rows_of(pieces, lattice, normals), lattice, names), HIGHEST, 0))
-            heard("build", totals.points, totals.points)
-        tree = builder.finish(totals.points)
+        target = FileTarget(header, path, journal.folder / "blocks")
+        try:
+            builder = Builder(lattice, names, normals == "estimate", exact, target)
+            if totals.points:
+                builder.add(Cell(join_rows(rows_of(pieces, lattice, normals), lattice, names), HIGHEST, 0))
+                heard("build", totals.points, totals.points)
+            tree = builder.finish(totals.points)
+        finally:
+            target.close()
         journal.remove()
         return tree
 
@@ -100,9 +104,11 @@ def _sort(
 
     split = plan(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, size, HIGHEST)
     store = Store(journal.folder, "cells", _kinds(lattice.kind == np.int32, names), create=True)
-    distribute(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, split, store, tell)
-    store.flush()
-    store.close(remove=False)
+    try:
+        distribute(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, split, store, tell)
+        store.flush()
+    finally:
+        store.close(remove=False)
     spool.remove()
     settings = {
         **options, "source": _identity(source), "names": list(names), "columns": list(totals.names), "size": size,

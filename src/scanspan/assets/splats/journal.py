@@ -69,7 +69,7 @@ class Journal:
         FormatError : the journal is damaged.
         """
         try:
-            with np.load(self.path, allow_pickle=False) as kept:
+            with self.path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             settings: dict[str, Any] = json.loads(arrays.pop("settings").tobytes())
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
