@@ -32,6 +32,7 @@ from scanspan.color.transfer import LIGHT_OF_CODES, linear_from_srgb
 from scanspan.records import Array, Float64Array, Int64Array
 
 LATTICE_BITS = 40  # of the extent of points that bring no lattice of their own
+LEAST_EXPONENT = -332  # of two, a step: what is closer than 1e-100 lies at one place, and no square is 0
 HIGHEST = 1000  # level at which the first leaf parts from nothing
 
 # Light between two codes, half way between them as they are encoded.
@@ -67,12 +68,18 @@ def lattice_of(totals: Totals) -> Lattice:
     if totals.scale is not None:
         shift = max(int(extent).bit_length() - AXIS_BITS, 0)
         kind = np.int32 if extent < 1 << 31 else np.int64
-        return Lattice(totals.offset, totals.scale, totals.low.astype(np.int64), shift, 0.0, True, kind)
+        ends = np.array([totals.low, totals.high]) * totals.scale + totals.offset
+        return Lattice(totals.offset, totals.scale, totals.low.astype(np.int64), shift, _rounding(ends), True, kind)
     # Points at one place have no extent; any step will do.
-    step = math.ldexp(1.0, max(math.frexp(extent)[1] - LATTICE_BITS, -1000)) if extent > 0.0 else 1.0
-    low = totals.low if totals.points else np.zeros(3)
-    error = 0.5 * step * math.sqrt(3.0) + 4.0 * float(np.spacing(np.abs([low, totals.high]).max())) if extent > 0.0 else 0.0
+    step = math.ldexp(1.0, max(math.frexp(extent)[1] - LATTICE_BITS, LEAST_EXPONENT)) if extent > 0.0 else 1.0
+    low, high = (totals.low, totals.high) if totals.points else (np.zeros(3), np.zeros(3))
+    error = 0.5 * step * math.sqrt(3.0) + _rounding(np.array([low, high])) if extent > 0.0 else 0.0
     return Lattice(low, np.full(3, step), np.zeros(3, np.int64), LATTICE_BITS + 1 - AXIS_BITS, error, False, np.int64)
+
+
+def _rounding(ends: Float64Array) -> float:
+    """Return how far a place within some bounds moves when it is added up in float64."""
+    return 4.0 * float(np.spacing(np.abs(ends).max()))
 
 
 class Builder:
@@ -101,7 +108,7 @@ class Builder:
         if "radius" in columns:
             radius = columns["radius"][:, 0]
         else:
-            radius = np.empty(count, np.float32)
+            radius = np.empty(count)
             leaf_radii(lattice, self.frame.scale, starts, leaves, radius)
         normals = columns.get("normals", np.empty((0, 3), np.float32))
         if self.estimate:

@@ -20,6 +20,7 @@ from scanspan.assets.splats.builder import (
 )
 from scanspan.assets.splats.cells import Cell, Split, Store, distribute, plan, read_cells
 from scanspan.assets.splats.journal import Journal
+from scanspan.assets.splats.pages import zstandard
 from scanspan.assets.splats.source import WIDTHS, Spool, open_source, total
 from scanspan.assets.splats.target import FileTarget
 from scanspan.assets.splats.tree import SplatTree
@@ -35,6 +36,7 @@ def build_file(path: Path, source: Any, options: dict[str, Any], size: int, resu
     options : normals, exact and nonfinite of build_tree.
     size : points that are made into blocks together at most.
     """
+    zstandard()
     journal = Journal(path)
     if resume and journal.exists():
         settings, arrays = journal.load()
@@ -44,6 +46,8 @@ def build_file(path: Path, source: Any, options: dict[str, Any], size: int, resu
             raise InputError(f"resume: this build was begun with {changed} {settings[changed]!r}, got {told[changed]!r}")
         return _grow(path, journal, settings, arrays, heard)
     journal.begin()
+    # What may still be open is left to its readers.
+    path.unlink(missing_ok=True)
     try:
         ready = _sort(path, journal, source, options, size, heard)
     except BaseException:
@@ -77,11 +81,15 @@ def _sort(
     names = kept_columns(totals.names, normals)
     header = header_of(lattice, totals.names, normals)
     if totals.points <= size:
-        builder = Builder(lattice, names, normals == "estimate", exact, FileTarget(header, path, journal.folder / "blocks"))
-        if totals.points:
-            builder.add(Cell(join_rows(rows_of(pieces, lattice, normals), lattice, names), HIGHEST, 0))
-            heard("build", totals.points, totals.points)
-        tree = builder.finish(totals.points)
+        target = FileTarget(header, path, journal.folder / "blocks")
+        try:
+            builder = Builder(lattice, names, normals == "estimate", exact, target)
+            if totals.points:
+                builder.add(Cell(join_rows(rows_of(pieces, lattice, normals), lattice, names), HIGHEST, 0))
+                heard("build", totals.points, totals.points)
+            tree = builder.finish(totals.points)
+        finally:
+            target.close()
         journal.remove()
         return tree
 
@@ -96,9 +104,11 @@ def _sort(
 
     split = plan(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, size, HIGHEST)
     store = Store(journal.folder, "cells", _kinds(lattice.kind == np.int32, names), create=True)
-    distribute(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, split, store, tell)
-    store.flush()
-    store.close(remove=False)
+    try:
+        distribute(rows_of(pieces, lattice, normals, piece_rows), lattice.shift, 0, split, store, tell)
+        store.flush()
+    finally:
+        store.close(remove=False)
     spool.remove()
     settings = {
         **options, "source": _identity(source), "names": list(names), "columns": list(totals.names), "size": size,

@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.errors import FormatError
+from scanspan.errors import FormatError, InputError
 from scanspan.records import Array
 
 SUFFIX = ".build"
+NAMES = ("journal", "points", "blocks", "cells.", "part")  # with which files of a build begin
 
 
 class Journal:
@@ -33,7 +34,16 @@ class Journal:
         return self.path.is_file()
 
     def begin(self) -> None:
-        """Make the folder, empty."""
+        """Make the folder, empty.
+
+        Raises
+        ------
+        InputError : there is a folder of that name with files that no build makes.
+        """
+        if self.folder.exists():
+            foreign = [entry.name for entry in self.folder.iterdir() if not entry.name.startswith(NAMES)]
+            if foreign:
+                raise InputError(f"path: {str(self.folder)!r} is needed to work in, but holds {sorted(foreign)[0]!r}")
         self.remove()
         self.folder.mkdir()
 
@@ -59,7 +69,7 @@ class Journal:
         FormatError : the journal is damaged.
         """
         try:
-            with np.load(self.path, allow_pickle=False) as kept:
+            with self.path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             settings: dict[str, Any] = json.loads(arrays.pop("settings").tobytes())
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:

@@ -30,11 +30,9 @@ def leaf_radii(lattice: Int64Array, scale: Float64Array, starts: Int64Array, lea
 
     Units       starts: as cut_ranges writes them.
     """
-    far = np.float32(np.inf)
-    none = np.float32(0.0)
-    x, y, z = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
-    first, second, third = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
-    squares = np.empty(BLOCK, np.float32)
+    far, none = np.inf, 0.0
+    x, y, z, squares = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    first, second, third = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     for leaf in range(leaves):
         begin = starts[leaf, 0]
         count = starts[leaf + 1, 0] - begin
@@ -68,7 +66,7 @@ def leaf_radii(lattice: Int64Array, scale: Float64Array, starts: Int64Array, lea
             square = third[i] if third[i] < far else second[i] if second[i] < far else first[i] if first[i] < far else none
             radius[begin + i] = math.sqrt(square)
             total += radius[begin + i]
-        largest = np.float32(LARGEST * total / count)
+        largest = LARGEST * total / count
         for i in range(count):
             radius[begin + i] = min(radius[begin + i], largest)
 

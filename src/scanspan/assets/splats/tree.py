@@ -131,6 +131,16 @@ class SplatTree:
         root = self.nodes[0]
         return np.array([self.origin + root["center"] - root["radius"], self.origin + root["center"] + root["radius"]])
 
+    def verify(self) -> None:
+        """Read everything once.
+
+        Raises
+        ------
+        FormatError : the file was damaged; the message names the place.
+        """
+        for number in np.unique(self.nodes["page"]).tolist():
+            self._pages.page(number)
+
     def read(self, node: int) -> Splats:
         """Return the splats of one node; the arrays may be parts of larger ones and must not be written to."""
         nodes = np.asarray([node])
