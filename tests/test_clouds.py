@@ -124,7 +124,7 @@ def test_a_surface_is_closed_however_its_points_lie_apart_from_any_direction():
     cloud = ss.PointCloud(places)
     for direction in ((0, 0, 1), (1, 1, 2), (0.3, -1, 1)):
         frame = ss.render(ss.Scene(cloud, up="+Z"), ss.Camera.frame(ss.Scene(cloud, up="+Z"), direction, zoom=3), (160, 120))
-        assert frame.coverage > 0.975
+        assert frame.coverage > 0.97
 
 
 def test_spacing_follows_density_and_is_found_once():
