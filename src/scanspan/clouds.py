@@ -33,7 +33,7 @@ from scanspan.target.resolve import resolve
 
 SHAPES = ("square", "disc", "gaussian")
 SIZES = ("density", "spacing")
-COVER = 0.9  # radius of a splat, in distances between points: what closes a surface of points that lie as they fall
+COVER = 1.1  # radius of a splat, in distances between points: what closes a surface of points that lie as they fall
 MOST_PIXELS = 4096.0
 CHUNK = 1 << 18  # points that are coloured at once
 MAX_POINTS = 1 << 32  # that can be numbered

@@ -48,5 +48,6 @@ def find_envelope(cloud: PointCloud) -> Float64Array:
     at = np.zeros((CELLS + 1, CELLS + 1, CELLS + 1), bool)
     for x, y, z in np.ndindex(2, 2, 2):
         at[x : CELLS + x, y : CELLS + y, z : CELLS + z] |= marked
-    corners: Float64Array = np.minimum(low + np.argwhere(at) * side, high) * cloud.scale + cloud.offset
+    steps = np.argwhere(at)
+    corners: Float64Array = np.where(steps == CELLS, high, low + steps * side) * cloud.scale + cloud.offset
     return corners
