@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_array
 from scanspan.assets.camera import Camera
 from scanspan.assets.cloud import PointCloud
+from scanspan.assets.cloud_outline import bounds_in, outline
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -92,9 +93,14 @@ class Instance:
 
     @property
     def used_positions(self) -> NDArray[np.float64]:
-        """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
+        """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform.
+
+        Of a large cloud these are corners of cells that hold all its points.
+        """
         geometry = self.geometry
-        if isinstance(geometry, (Points, Polygons, PointCloud)):
+        if isinstance(geometry, PointCloud):
+            return outline(geometry)
+        if isinstance(geometry, (Points, Polygons)):
             return geometry.positions
         used = np.zeros(len(geometry.positions), dtype=bool)
         used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
@@ -104,8 +110,8 @@ class Instance:
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
         is_placed = not np.array_equal(self.transform, np.eye(4))
-        if isinstance(self.geometry, PointCloud) and not is_placed:
-            return self.geometry.bounds
+        if isinstance(self.geometry, PointCloud):
+            return bounds_in(self.geometry, self.transform) if is_placed else self.geometry.bounds
         points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)

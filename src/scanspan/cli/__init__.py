@@ -47,7 +47,7 @@ _INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|max_points|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
@@ -128,6 +128,7 @@ def render(
     max_triangles: options.MaxTriangles = None,
     max_texture_pixels: options.MaxTexturePixels = None,
     max_face_corners: options.MaxFaceCorners = None,
+    max_points: options.MaxPoints = None,
     nonfinite: options.Nonfinite = "error",
     file_type: options.FileType = None,
     verbose: options.Verbose = False,
@@ -166,7 +167,7 @@ def render(
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
-        "max_face_corners": max_face_corners, "nonfinite": nonfinite, "file_type": file_type,
+        "max_face_corners": max_face_corners, "max_points": max_points, "nonfinite": nonfinite, "file_type": file_type,
     }  # fmt: skip
     request = Request(
         model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),
@@ -281,6 +282,7 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
 
 def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
     """Return an instance in one colour, without texture and colours of its own."""
+    from scanspan.assets.cloud import PointCloud
     from scanspan.assets.material import Material
     from scanspan.assets.mesh import Mesh
     from scanspan.assets.scene import Instance
@@ -299,6 +301,8 @@ def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
         shape = Segments(shape.positions, shape.segments, None, shape.width)
     elif isinstance(shape, Points):
         shape = Points(shape.positions, None, shape.size)
+    elif isinstance(shape, PointCloud):
+        shape = shape.without_color()
     material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
     return Instance(shape, instance.transform, material, instance.name)
 
