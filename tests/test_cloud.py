@@ -13,7 +13,6 @@ import pytest
 import scanspan as ss
 from scanspan.assets.cloud import PointCloud
 from scanspan.assets.cloud_choice import CLASSES
-from scanspan.assets.cloud_outline import outline
 from scanspan.assets.scene import Instance, Scene
 from scanspan.errors import InputError
 
@@ -252,29 +251,10 @@ def test_beside_a_mesh_a_cloud_is_drawn_as_points() -> None:
     assert (frames[0].primitive >= 2).sum() > 500
 
 
-def test_without_color_all_else_is_shared() -> None:
-    cloud = survey()
-    plain = cloud.without_color()
-    assert (plain.color, cloud.color is None) == (None, False)
-    assert plain.columns.keys() == cloud.columns.keys() - {"color"}
-    assert np.shares_memory(plain.stored, cloud.stored)
-
-
-def test_the_outline_of_a_large_cloud_holds_all_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scanspan.assets.cloud_outline.FEW", 100)
-    monkeypatch.setattr("scanspan.assets.cloud_outline.PART", 333)
-    rng = np.random.default_rng(7)
-    away = rng.normal(size=(5000, 3))
-    cloud = PointCloud(away / np.sqrt((away**2).sum(axis=1))[:, None] * (3, 2, 1) + 1e6)
-    hull = outline(cloud)
-    for direction in rng.normal(size=(200, 3)):
-        reach, found = (cloud.positions - 1e6) @ direction, (hull - 1e6) @ direction
-        assert reach.max() - 1e-6 <= found.max() <= reach.max() + np.abs(direction) @ (6, 4, 2) / 64
-    np.testing.assert_array_equal([hull.min(axis=0), hull.max(axis=0)], cloud.bounds)
-
-    # Bounds of a turned cloud are those of its points, taken in parts.
-    turned = np.eye(4)
-    turned[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+def test_bounds_of_a_turned_cloud_are_those_of_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scanspan.assets.cloud.PART", 333)
+    cloud, turned = survey(), np.eye(4)
+    turned[:3, :3] = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
     world = ss.homogeneous.transform_points(turned, cloud.positions)[:, :3]
     np.testing.assert_array_equal(Instance(cloud, turned).bounds, [world.min(axis=0), world.max(axis=0)])
-    assert len(outline(PointCloud([(1, 2, 3)] * 200))) == 1
+    assert np.isnan(Instance(PointCloud([]), turned).bounds).all()

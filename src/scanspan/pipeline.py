@@ -18,6 +18,7 @@ from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.lens import check_size
 from scanspan.assets.scene import GEOMETRIES, Geometry, Instance, Scene
+from scanspan.clouds import check_cloud_look, is_cloud_scene, render_clouds
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
@@ -35,7 +36,7 @@ from scanspan.shade.surface import check_shading
 from scanspan.target.frame import Frame
 from scanspan.target.picture import Picture, shade_picture, write_picture
 from scanspan.target.resolve import background as make_background
-from scanspan.target.sink import check_sink
+from scanspan.target.sink import check_sink, write_whole
 from scanspan.target.visibility import (
     RasterOptions,
     Visibility,
@@ -74,6 +75,10 @@ def render(
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None,
+    point_shape: str | None = None,
+    color_by: str | None = None,
+    eye_dome: bool | float | None = None,
     up: str | None = None,
     blend: str = "linear",
     subpixel_bits: int = 8,
@@ -101,6 +106,10 @@ def render(
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None,
+    point_shape: str | None = None,
+    color_by: str | None = None,
+    eye_dome: bool | float | None = None,
     up: str | None = None,
     blend: str = "linear",
     subpixel_bits: int = 8,
@@ -127,6 +136,10 @@ def render(
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None,
+    point_shape: str | None = None,
+    color_by: str | None = None,
+    eye_dome: bool | float | None = None,
     up: str | None = None,
     blend: str = "linear",
     subpixel_bits: int = 8,
@@ -151,6 +164,11 @@ def render(
     two_sided : whether the back of a surface is lit like its front.
     textures : whether base-colour textures are shown.
     edges, line_width, edge_color : whether the edges of faces are drawn over them, how wide in pixels, and in which colour.
+    point_size : of point clouds, in pixels; "density" closes surfaces, however far apart their points lie, "spacing" has one
+        size in the world for all; the cloud's own by default, else "density". For scenes of clouds alone, as the next three.
+    point_shape : "disc" (default), "square" or "gaussian", which blends splats that lie close behind each other.
+    color_by : "rgb", "elevation", "intensity", "class" or "return"; "auto" (default) takes colours where there are any.
+    eye_dome : whether, or how strongly, points are darkened by what stands before them; True by default.
     up : "+Y", "-Z", ...: the direction of the sky, and of a named view; the scene's own by default.
     blend : "linear", or "srgb" to average samples as tools without linear light do.
     subpixel_bits : vertices are snapped to 1/2^s pixel; 4 to 16.
@@ -187,11 +205,20 @@ def render(
     angle, width = check_number("crease_angle", crease_angle, 0, 180), check_number("line_width", line_width, 0, 1000)
     sides, pictures, lines = check_flag("two_sided", two_sided), check_flag("textures", textures), check_flag("edges", edges)
     look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color))
+    points = check_cloud_look(point_size, point_shape, color_by, eye_dome)
 
     # Assets: what is there, and from where it is seen.
     scene = as_scene(scene)
     sky = parse_up(scene.up if up is None else up)
     camera = as_camera(camera, scene, up, options.size)
+    if is_cloud_scene(scene):
+        frame = render_clouds(
+            scene, camera, options.size, points, offsets=offsets / (1 << bits), background=behind, blend=blend, up=sky,
+            threads=options.threads,
+        )  # fmt: skip
+        return frame if sink is None else write_whole(frame.color, sink)
+    if points.is_asked_for:
+        raise InputError("point_size, point_shape, color_by and eye_dome are for scenes of point clouds alone")
 
     # Geometry: triangles on the screen.
     draw = assemble(scene, camera, options.size)

@@ -23,10 +23,13 @@ from scanspan.assets.cloud_choice import choose
 from scanspan.assets.mesh import NONFINITE
 from scanspan.assets.shapes import Points, as_pixels
 from scanspan.errors import InputError, unknown_name
+from scanspan.homogeneous import transform_points
 from scanspan.records import BoolArray, Float64Array
 
 COLUMNS = ("color", "intensity", "classification", "return_number", "number_of_returns", "normals")
 """What a cloud may know of each point besides its position."""
+
+PART = 1 << 20
 
 MAX_COORDINATE = 1e150
 """Coordinates lie within this, so that no distance overflows."""
@@ -165,6 +168,15 @@ class PointCloud:
         columns = [self.stored[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]]) * self.scale + self.offset
 
+    def bounds_in(self, transform: Float64Array) -> Float64Array:
+        """Return lowest and highest x, y, z after a (4, 4) transform, (2, 3) float64; a million points at a time."""
+        if not len(self):
+            return np.full((2, 3), np.nan)
+        parts = (self.take(slice(first, first + PART)) for first in range(0, len(self), PART))
+        placed = (transform_points(transform, part.positions)[:, :3] for part in parts)
+        ends = np.array([(places.min(axis=0), places.max(axis=0)) for places in placed])
+        return np.stack([ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)])
+
     def take(self, rows: slice | ArrayLike) -> PointCloud:
         """Return some of the points: a slice, which copies nothing, or an array of row numbers or of truth values.
 
@@ -218,12 +230,6 @@ class PointCloud:
         """
         kept = choose(self, bounds, classification, returns, intensity)
         return self if kept.all() else self.take(kept)
-
-    def without_color(self) -> PointCloud:
-        """Return the cloud without its colours, sharing all else."""
-        plain = self.take(slice(None))
-        plain.__dict__["color"] = None
-        return plain
 
     def as_points(self) -> Points:
         """Return the cloud as Points, which are drawn as squares among meshes."""

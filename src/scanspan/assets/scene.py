@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from scanspan.assets.arrays import as_array
 from scanspan.assets.camera import Camera
 from scanspan.assets.cloud import PointCloud
-from scanspan.assets.cloud_outline import bounds_in, outline
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
@@ -93,14 +92,9 @@ class Instance:
 
     @property
     def used_positions(self) -> NDArray[np.float64]:
-        """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform.
-
-        Of a large cloud these are corners of cells that hold all its points.
-        """
+        """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
         geometry = self.geometry
-        if isinstance(geometry, PointCloud):
-            return outline(geometry)
-        if isinstance(geometry, (Points, Polygons)):
+        if isinstance(geometry, (Points, Polygons, PointCloud)):
             return geometry.positions
         used = np.zeros(len(geometry.positions), dtype=bool)
         used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
@@ -111,7 +105,7 @@ class Instance:
         """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
         is_placed = not np.array_equal(self.transform, np.eye(4))
         if isinstance(self.geometry, PointCloud):
-            return bounds_in(self.geometry, self.transform) if is_placed else self.geometry.bounds
+            return self.geometry.bounds_in(self.transform) if is_placed else self.geometry.bounds
         points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)
@@ -212,8 +206,15 @@ class Scene:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """All positions that are used, in the world, (N, 3) float64: what a camera has to have in view."""
-        found = [transform_points(instance.transform, instance.used_positions)[:, :3] for instance in self.instances]
+        """What a camera has to have in view, (N, 3) float64 in the world: positions that are used, or points about a cloud."""
+        found = []
+        for one in self.instances:
+            if isinstance(one.geometry, PointCloud):
+                from scanspan.assets.envelope import find_envelope  # it needs the compiler
+
+                found.append(transform_points(one.transform, find_envelope(one.geometry))[:, :3])
+            else:
+                found.append(transform_points(one.transform, one.used_positions)[:, :3])
         return np.concatenate(found) if found else np.empty((0, 3))
 
     @property

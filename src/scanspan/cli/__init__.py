@@ -36,7 +36,7 @@ from scanspan.view.reporter import Reporter, to_line
 
 if TYPE_CHECKING:
     from scanspan.assets.camera import Camera
-    from scanspan.assets.scene import Instance, Scene
+    from scanspan.assets.scene import Scene
     from scanspan.records import UInt8Array
     from scanspan.target.frame import Frame
     from scanspan.view.shot import Shot
@@ -47,7 +47,7 @@ _INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|max_points|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|max_points|crease_angle|line_width|point_size|point_shape|color_by|eye_dome|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
@@ -73,6 +73,7 @@ class Request(NamedTuple):
     shot: Shot
     look: dict[str, Any]  # for scanspan.render
     limits: dict[str, Any]  # for scanspan.load
+    points: dict[str, Any]  # for PointCloud.select
 
 
 @app.callback(invoke_without_command=True)
@@ -118,6 +119,13 @@ def render(
     line_width: options.LineWidth = 1.0,
     cull: options.Cull = "none",
     no_textures: options.NoTextures = False,
+    point_size: options.PointSize = None,
+    point_shape: options.PointShape = None,
+    color_by: options.ColorBy = None,
+    eye_dome: options.EyeDome = None,
+    bounds: options.Bounds = None,
+    classification: options.Classification = None,
+    returns: options.Returns = None,
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
     order: options.Order = "rows",
@@ -143,6 +151,7 @@ def render(
 
     [bold]scanspan render part.stl --aov depth,primitive -o arrays.npz --json camera.json[/bold]
     """
+    from scanspan.view import parts
     from scanspan.view import shot as words
 
     vector = words.parse_vector
@@ -163,7 +172,8 @@ def render(
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
         "textures": not no_textures, "samples": samples, "algorithm": algorithm, "order": order, "threads": threads,
-        "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
+        "subpixel_bits": subpixel_bits, "max_pixels": max_pixels, "point_shape": point_shape,
+        "point_size": parts.parse_point_size(point_size), "color_by": color_by, "eye_dome": eye_dome,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
@@ -173,6 +183,7 @@ def render(
         model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),
         None if aov is None else [name.strip() for name in aov.split(",")], names, metadata, words.parse_axis(up),
         words.parse_shade("--color", color), shot, given(look), given(limits),
+        given(parts.parse_choice(bounds, classification, returns)),
     )  # fmt: skip
     with Reporter(verbose) as reporter, Helper() as helper:
         printed = run(request, reporter, helper)
@@ -269,42 +280,17 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
     """Return the scene of a request, in its colour and with its up; tell what the reader could not do."""
     from scanspan.assets.load import load
     from scanspan.assets.scene import Scene
+    from scanspan.view.parts import choose_points, recolor
 
     scene = load(request.model, **request.limits)
     for note in scene.notes:
         reporter.note(f"note: {request.model}: {note}")
     reporter.detail(repr(scene))
+    scene = choose_points(scene, request.points)
     if request.color is None and request.up is None:
         return scene
     instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
     return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras)
-
-
-def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
-    """Return an instance in one colour, without texture and colours of its own."""
-    from scanspan.assets.cloud import PointCloud
-    from scanspan.assets.material import Material
-    from scanspan.assets.mesh import Mesh
-    from scanspan.assets.scene import Instance
-    from scanspan.assets.shapes import Points, Segments
-
-    shape = instance.geometry
-    if isinstance(shape, Mesh):
-        attributes, corners = (
-            {name: values for name, values in known.items() if name != "color"} for known in (shape.attributes, shape.corners)
-        )
-        shape = Mesh(
-            shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
-            face_count=shape.face_count, nonfinite="drop", crease_angle=shape.crease_angle,
-        )  # fmt: skip
-    elif isinstance(shape, Segments):
-        shape = Segments(shape.positions, shape.segments, None, shape.width)
-    elif isinstance(shape, Points):
-        shape = Points(shape.positions, None, shape.size)
-    elif isinstance(shape, PointCloud):
-        shape = shape.without_color()
-    material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
-    return Instance(shape, instance.transform, material, instance.name)
 
 
 def render_view(

@@ -68,7 +68,10 @@ def describe_frame(frame: Frame) -> Record:
         "seen_bounds": seen_bounds,
         "depth_range": depth_range,
         "camera": describe_camera(frame.camera, frame.size, centre_of(frame.scene)),
-        "counts": {**scene.pop("counts"), **{name: int(frame.counters[name]) for name in ("drawn", "cut", "outside")}},
+        "counts": {
+            **scene.pop("counts"),
+            **{name: int(count) for name, count in frame.counters.items() if name != "triangles"},
+        },
         "scene": scene,
     }
 

@@ -16,6 +16,7 @@ import typer
 _output = partial(typer.Option, rich_help_panel="Output")
 _camera = partial(typer.Option, rich_help_panel="Camera")
 _look = partial(typer.Option, rich_help_panel="Look")
+_points = partial(typer.Option, rich_help_panel="Point clouds")
 _limit = partial(typer.Option, rich_help_panel="Limits and machine")
 
 Model = Annotated[
@@ -79,6 +80,25 @@ Edges = Annotated[bool, _look("-e", "--edges", help="Draw the edges of the faces
 LineWidth = Annotated[float, _look(metavar="PIXELS", help="Width of the edges.")]
 Cull = Annotated[str, _look(metavar="NAME", help="Leave out one side of the faces: none, back or front.")]
 NoTextures = Annotated[bool, _look("--no-textures", help="Leave the textures out.")]
+PointSize = Annotated[
+    str | None,
+    _points(
+        metavar="PIXELS|NAME", help="Pixels; or density (the default), which closes surfaces; or spacing, one size for all."
+    ),
+]
+PointShape = Annotated[str | None, _points(metavar="NAME", help="disc (the default), square or gaussian.")]
+ColorBy = Annotated[
+    str | None,
+    _points(
+        metavar="NAME", help="auto (colours where there are any, else elevation), rgb, elevation, intensity, class, return."
+    ),
+]
+EyeDome = Annotated[
+    bool | None, _points("--eye-dome/--no-eye-dome", show_default=False, help="Darken what lies behind an edge; on by default.")
+]
+Bounds = Annotated[str | None, _points(metavar="X0,Y0[,Z0],X1,Y1[,Z1]", help="Keep the points in a box, given by two corners.")]
+Classification = Annotated[str | None, _points(metavar="NAMES", help="Keep some classes, such as ground,building or 2,6.")]
+Returns = Annotated[str | None, _points(metavar="NAMES", help="Keep some returns: first, last, single, or numbers.")]
 Samples = Annotated[int, _look(metavar="N", help="Samples a pixel: 1, 2, 4, 8 or 16. More are smoother.")]
 Algorithm = Annotated[str, _limit(metavar="NAME", help="All paint the same picture; `scanspan info` lists them.")]
 Order = Annotated[str, _limit(metavar="NAME", help="rows, serpentine, tiles, morton or hilbert; the picture is the same.")]
