@@ -68,7 +68,7 @@ def test_arrays_can_be_had(folder: Path) -> None:
     assert np.isfinite(arrays["depth"][arrays["primitive"] >= 0]).all()
 
 
-def test_info_tells(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_tree_is_described(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["splat", "info", "ball.scansplat", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["points"] == 20_000

@@ -155,20 +155,14 @@ def render(
     from scanspan.view import parts
     from scanspan.view import shot as words
 
-    vector = words.parse_vector
-    shot = words.Shot(
-        words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
+    shot = words.parse_shot(
+        direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic
     )  # fmt: skip
     names = words.parse_views(views)
     if names and (direction or position or focal_point):
         raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
     if no_background and background_color is not None:
         raise InputError("--no-background and --background-color do not go together")
-    if not 0.0 < zoom < float("inf"):
-        raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
-    if not 0.0 < view_angle < 180.0:
-        raise InputError(f"--camera-view-angle = {view_angle}: expected degrees between 0 and 180")
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
@@ -186,11 +180,8 @@ def render(
         words.parse_shade("--color", color), shot, given(look), given(limits),
         given(parts.parse_choice(bounds, classification, returns)),
     )  # fmt: skip
-    if model.lower().endswith(trees.ENDING):
-        printed = trees.draw_request(request, verbose)
-    else:
-        with Reporter(verbose) as reporter, Helper() as helper:
-            printed = run(request, reporter, helper)
+    with Reporter(verbose) as reporter, Helper() as helper:
+        printed = run(request, reporter, helper)
     write_out(printed)
 
 
@@ -230,6 +221,8 @@ def choose_output(model: str, output: str | None, aov: str | None, views: list[s
 
 def run(request: Request, reporter: Reporter, helper: Helper) -> bytes | str:
     """Render what was asked for, write it, and return what goes to standard output."""
+    if request.model.lower().endswith(trees.ENDING):
+        return trees.draw_request(request, reporter)
     reporter.stage(f"reading {request.model}")
     scene = read_scene(request, reporter)
     check_interrupt()

@@ -184,10 +184,8 @@ def render(
 
     if no_background and background_color is not None:
         raise InputError("--no-background and --background-color do not go together")
-    vector = words.parse_vector
-    shot = words.Shot(
-        words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
+    shot = words.parse_shot(
+        direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic
     )  # fmt: skip
     background = "transparent" if no_background else words.parse_shade("--background-color", background_color)
     look = TreeLook(error, budget, deadline, cull, background, threads, max_pixels)
@@ -228,17 +226,18 @@ def draw_tree(
     return f"{target}\n"
 
 
-def draw_request(request: Request, verbose: bool) -> bytes | str:
+def draw_request(request: Request, reporter: Reporter) -> bytes | str:
     """Draw a tree that `scanspan render` was asked for, and say which of its options a tree cannot have."""
     odd = [name for name, value in USUAL.items() if request.look.get(name, value) != value]
+    odd += [name for name in ("point_size", "point_shape", "color_by", "eye_dome") if name in request.look]
     odd += [name for name, value in (("views", request.views), ("json", request.metadata), ("color", request.color)) if value]
+    odd += list(request.points)
     if odd:
         raise InputError(f"--{odd[0].replace('_', '-').replace('textures', 'no-textures')} does not go with a tree of splats")
     shared = {name: request.look[name] for name in ("cull", "background", "threads", "max_pixels") if name in request.look}
-    with Reporter(verbose) as reporter:
-        return draw_tree(
-            request.model, request.output, request.size, request.shot, request.up, TreeLook(**shared), reporter, request.fields
-        )
+    return draw_tree(
+        request.model, request.output, request.size, request.shot, request.up, TreeLook(**shared), reporter, request.fields
+    )
 
 
 def open_tree(path: str, up: str | None) -> SplatTree:
