@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 import scanspan as ss
 from scanspan.geometry.cut import cut_tree, splat_view
 from scanspan.homogeneous import transform_points
+from scanspan.target.image import write_image
 
 COUNTS = (130_712, 259_975, 1_017_149, 14_835_967)
 LECTURE = (132, 215, 722, 8308)  # ms
@@ -35,7 +36,7 @@ TARGETS, AIMS = (24, 32, 75, 650), (8, 14, 35, 300)  # ms
 POINTS = COUNTS[-1]
 PIECE = 1 << 20  # points generated at once
 SIZE = (1920, 1080)
-CAMERA = ss.Camera.look_at((2.4, -2.0, 1.3), (0, 0, 0), up=(0, 0, 1), fov=45)
+CAMERA = ss.Camera.look_at((2.4, -2.0, 1.3), (0, 0, 0), up=(0, 0, 1), fov=38)
 START, END = "<!-- figures -->", "<!-- end of figures -->"
 
 
@@ -215,7 +216,8 @@ def main() -> None:
     print(figures)
     for number, row in enumerate(rows):
         if given.pictures:
-            tree.render(CAMERA, (960, 540), error=row.error / 2.0).save(given.pictures / f"splats-{number + 1}.png")
+            color = tree.render(CAMERA, SIZE, error=row.error).color[:, 480:1440].reshape(270, 4, 240, 4, 4)
+            write_image(given.pictures / f"splats-{number + 1}.png", np.uint8(np.rint(color.mean(axis=(1, 3)))))
     if given.output:
         page = given.output.read_text("utf-8")
         renewed = re.sub(f"{START}.*{END}", lambda _: f"{START}\n\n{figures}\n\n{END}", page, flags=re.DOTALL)
