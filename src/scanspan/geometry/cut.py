@@ -26,7 +26,7 @@ import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.jit import helper_kernel, kernel
-from scanspan.records import Array, BoolArray, Float64Array, Int64Array, Integer, UInt8Array
+from scanspan.records import Array, BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, Integer, UInt8Array
 
 # How far beyond the border of the picture a sphere must lie to be left out, in pixels: discs are rounded up to whole pixels.
 MARGIN = 2.0
@@ -41,11 +41,11 @@ class NodeColumns(NamedTuple):
 
     center: Float64Array  # (M, 3) of a sphere around all splats of a node and of all below it
     radius: Float64Array  # (M,) of that sphere
-    splat_radius: Float64Array  # (M,) of the largest splat of the node
-    cone: Float64Array  # (M, 4) axis and sine of a cone around all normals, the sine above 1 where there is none
-    first_child: Int64Array  # (M,)
-    children: Int64Array  # (M,) how many, 0 for a leaf
-    splats: Int64Array  # (M,) how many the node itself has
+    splat_radius: Float32Array  # (M,) of the largest splat of the node
+    cone: Float32Array  # (M, 4) axis and sine of a cone around all normals, the sine above 1 where there is none
+    first_child: Int32Array  # (M,)
+    children: UInt8Array  # (M,) how many, 0 for a leaf
+    splats: Int32Array  # (M,) how many the node itself has
 
 
 class SplatView(NamedTuple):
@@ -70,13 +70,13 @@ class Cut(NamedTuple):
 
 
 def node_columns(nodes: Array) -> NodeColumns:
-    """Return the columns of a table of nodes (assets/splats/tree.py) that a cut needs."""
-    cone = np.empty((len(nodes), 4))
+    """Return the columns of a table of nodes (assets/splats/tree.py) that a cut needs: 60 bytes a node."""
+    cone = np.empty((len(nodes), 4), np.float32)
     cone[:, :3], cone[:, 3] = nodes["cone_axis"], nodes["cone_sine"]
-    center, radius, splat_radius = (
-        np.ascontiguousarray(nodes[name], np.float64) for name in ("center", "radius", "splat_radius")
-    )
-    first, children, splats = (np.ascontiguousarray(nodes[name], np.int64) for name in ("first_child", "children", "count"))
+    center, radius = np.ascontiguousarray(nodes["center"], np.float64), np.ascontiguousarray(nodes["radius"], np.float64)
+    first, splats = (np.ascontiguousarray(nodes[name], np.int32) for name in ("first_child", "count"))
+    splat_radius = np.ascontiguousarray(nodes["splat_radius"], np.float32)
+    children = np.ascontiguousarray(nodes["children"], np.uint8)
     return NodeColumns(center, radius, splat_radius, cone, first, children, splats)
 
 
@@ -174,10 +174,10 @@ def visit_nodes(
             own[i] = 0.0
         else:
             x, y, z = nodes.center[node, 0], nodes.center[node, 1], nodes.center[node, 2]
-            own[i] = extent_in_sphere(view, x, y, z, nodes.radius[node], nodes.splat_radius[node])
+            own[i] = extent_in_sphere(view, x, y, z, nodes.radius[node], np.float64(nodes.splat_radius[node]))
             if own[i] > error:
-                first, least = nodes.first_child[node], min(above[i], own[i])
-                for child in range(first, first + nodes.children[node]):
+                first, least = np.int64(nodes.first_child[node]), min(above[i], own[i])
+                for child in range(first, first + np.int64(nodes.children[node])):
                     visible, planes_left = see_node(nodes, view, child, mask[i], turns_away, culls)
                     if visible:
                         queue[kept], above[kept], mask[kept] = child, least, planes_left
@@ -209,7 +209,7 @@ def see_node(
 
     # Leave it out where the angles from the line of sight to the axis, and of the cone, stay below a right angle together, by
     # more than the sphere is wide.
-    sine = nodes.cone[node, 3]
+    sine = np.float64(nodes.cone[node, 3])
     if turns_away and sine < 1.0:
         w = view.eye[3]
         vx, vy, vz = x * w - view.eye[0], y * w - view.eye[1], z * w - view.eye[2]
@@ -282,7 +282,7 @@ def cut_tree(
     own, above = np.empty(total), np.empty(total)
     visited = int(visit_nodes(nodes, view, float(error), turns_away, culls, queue, own, above, mask)) if total else 0
     queue, own, above = queue[:visited], own[:visited], above[:visited]
-    counts = nodes.splats[queue]
+    counts = nodes.splats[queue].astype(np.int64)
     limit = float(error)
     drawn = own <= limit
     if budget is not None and int(counts[drawn].sum()) > budget:

@@ -45,7 +45,8 @@ class SplatPicture:
         self.nodes, self.splats = nodes, 0
         self.keys = new_keys(size)
         self.matrix = pixel_matrix(view.clip, size)[None]
-        self._low, self._step, self._count = cache.low[nodes], cache.step[nodes], cache.count[nodes]
+        table = cache.tree.nodes
+        self._low, self._step, self._count = table["low"][nodes], table["step"][nodes], cache.count[nodes].astype(np.int64)
         self._center, self._radius = columns.center[nodes], columns.radius[nodes]
         self._radii = np.zeros((len(nodes), 2))
         self._radii[:, 1] = columns.splat_radius[nodes] * stretch_of_nodes(view, self._center, self._radius) / LARGEST_SHARE

@@ -73,7 +73,7 @@ class BlockCache:
 
     Attributes
     ----------
-    count, low, step : (M,), (M, 3) and (M, 3) columns of the table of nodes, each by itself, as pictures take them row by row.
+    count : (M,), how many splats each node has.
     splats : the arrays that hold them.
     start : (M,) int64, the first splat of each node in them; -1 for one that is not there.
     bytes_read : of decoded splats so far, all told.
@@ -82,8 +82,7 @@ class BlockCache:
 
     def __init__(self, tree: SplatTree, max_bytes: int = MAX_BYTES) -> None:
         self.tree, self.lock, self.bytes_read = tree, RLock(), 0
-        self.count = tree.nodes["count"].astype(np.int64)
-        self.low, self.step = np.ascontiguousarray(tree.nodes["low"]), np.ascontiguousarray(tree.nodes["step"])
+        self.count = tree.nodes["count"]
         self.start = np.full(len(tree.nodes), -1, np.int64)
         self.width = 7 + 3 * tree.has_color + 2 * tree.has_normals
         self.limit = max(max_bytes // self.width, BLOCK)
@@ -92,7 +91,7 @@ class BlockCache:
 
     def parts(self, nodes: Int64Array) -> Iterator[tuple[int, int]]:
         """Give ranges of some nodes, in order, after the splats of each range were read."""
-        ends = np.cumsum(self.count[nodes])
+        ends = np.cumsum(self.count[nodes], dtype=np.int64)
         first = 0
         while first < len(nodes):
             before = int(ends[first - 1]) if first else 0
@@ -104,17 +103,17 @@ class BlockCache:
     def _fetch(self, nodes: Int64Array) -> None:
         """Read what is not there of some nodes, which fit within the limit together."""
         wanted = nodes[self.start[nodes] < 0]
-        needed = int(self.count[wanted].sum())
+        needed = int(self.count[wanted].sum(dtype=np.int64))
         if needed == 0:
             return
         if self._used + needed > self.limit:
             self.start[:], self._used, wanted = -1, 0, nodes
-            needed = int(self.count[wanted].sum())
+            needed = int(self.count[wanted].sum(dtype=np.int64))
         if self._used + needed > self._room:
             self._grow(self._used + needed)
 
         # Read a part at a time, each behind the last.
-        ends = np.cumsum(self.count[wanted])
+        ends = np.cumsum(self.count[wanted], dtype=np.int64)
         first, at_once = 0, BYTES_READ_AT_ONCE // self.width
         while first < len(wanted):
             before = int(ends[first - 1]) if first else 0
