@@ -239,7 +239,8 @@ def test_repr_counts_the_primitives_that_are_seen():
         ({"up": "upward"}, "unknown up axis 'upward'"),
         (
             {"scene": "spot.obj"},
-            r"scene = 'spot.obj': expected a Scene, Mesh, Polygons, Segments, Points or Instance; use load\(\) to read a file",
+            r"scene = 'spot.obj': expected a Scene, Mesh, Polygons, Segments, Points, PointCloud or Instance; "
+            r"use load\(\) to read a file",
         ),
         ({"scene": None}, "scene = None: expected a Scene"),
         ({"blend": "gamma"}, "unknown blend 'gamma'"),

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.load import load
-from scanspan.assets.shapes import Points, Segments
+from scanspan.assets.shapes import Segments
 from tests.models import OFF, TEXT_STL, Write, binary_stl, fault, mesh_of, picture, ply, writer
 
 
@@ -88,7 +89,7 @@ def test_ply_with_one_colour_on_all_faces_keeps_those_of_the_vertices(write: Wri
 @pytest.mark.parametrize("form", FORMS)
 def test_ply_without_faces_is_a_cloud(write: Write, form: str) -> None:
     geometry = load(write("a.ply", ply(form, []))).instances[0].geometry
-    assert isinstance(geometry, Points)
+    assert isinstance(geometry, PointCloud)
     assert geometry.colors is not None
     assert geometry.colors[1].tolist() == [10, 0, 255, 255]
 

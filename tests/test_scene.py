@@ -101,9 +101,11 @@ def test_bad_instances_are_quoted(quad: Mesh, options: dict[str, Any], message: 
 
 
 def test_bad_scenes_are_quoted(quad: Mesh) -> None:
-    with pytest.raises(InputError, match="geometry: expected a Mesh, Polygons, Segments or Points, got Scene"):
+    with pytest.raises(InputError, match="geometry: expected a Mesh, Polygons, Segments, Points or PointCloud, got Scene"):
         Instance(Scene(quad))  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"instances\[1\]: expected a Mesh, Polygons, Segments, Points or Instance, got int"):
+    with pytest.raises(
+        InputError, match=r"instances\[1\]: expected a Mesh, Polygons, Segments, Points, PointCloud or Instance, got int"
+    ):
         Scene([quad, 5])  # type: ignore[list-item]
     with pytest.raises(InputError, match="instances: expected meshes or instances, got str"):
         Scene("model.obj")  # type: ignore[arg-type]

@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from scanspan import color as color
     from scanspan import homogeneous as homogeneous
     from scanspan import lectures as lectures
+    from scanspan import splat as splat
     from scanspan.aggregates import aggregate as aggregate
     from scanspan.assets.camera import Camera as Camera
+    from scanspan.assets.chunks import open_chunks as open_chunks
+    from scanspan.assets.cloud import PointCloud as PointCloud
     from scanspan.assets.light import Light as Light
     from scanspan.assets.load import load as load
     from scanspan.assets.material import Material as Material
@@ -69,6 +72,7 @@ _HOMES = {
     "Mesh": "assets.mesh",
     "ORDERS": "raster.algorithms",
     "OffscreenPoint": "raster.options",
+    "PointCloud": "assets.cloud",
     "Points": "assets.shapes",
     "Polygons": "assets.polygons",
     "Scene": "assets.scene",
@@ -87,6 +91,7 @@ _HOMES = {
     "interpolate": "pipeline",
     "load": "assets.load",
     "merge": "target.visibility",
+    "open_chunks": "assets.chunks",
     "rasterize": "pipeline",
     "render": "pipeline",
     "save": "target.save",
@@ -95,7 +100,7 @@ _HOMES = {
 }
 
 # Modules that are public as a whole, such as `scanspan.color`.
-_MODULES = ("color", "homogeneous", "lectures")
+_MODULES = ("color", "homogeneous", "lectures", "splat")
 
 __all__ = [*_HOMES, *_MODULES, "__version__"]
 

@@ -18,6 +18,7 @@ from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.lens import check_size
 from scanspan.assets.scene import GEOMETRIES, Geometry, Instance, Scene
+from scanspan.clouds import check_cloud_look, is_cloud_scene, render_clouds
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
@@ -37,7 +38,7 @@ from scanspan.target.frame import Frame
 from scanspan.target.peel import split
 from scanspan.target.picture import Picture, shade_picture, write_picture
 from scanspan.target.resolve import background as make_background
-from scanspan.target.sink import check_sink
+from scanspan.target.sink import check_sink, write_whole
 from scanspan.target.visibility import (
     RasterOptions,
     Visibility,
@@ -60,60 +61,26 @@ def check_pixels(size: Any, max_pixels: int) -> tuple[int, int]:
 
 @overload
 def render(
-    scene: Scene | Instance | Geometry,
-    camera: Camera | str | None = None,
-    size: tuple[int, int] = (1280, 960),
-    *,
-    algorithm: str = "half-space",
-    order: str = "rows",
-    samples: int = 4,
-    cull: str = "none",
-    background: Any = None,
-    shading: str = "auto",
-    crease_angle: float = 40.0,
-    two_sided: bool = True,
-    textures: bool = True,
-    translucency: bool = True,
-    lights: str = "auto",
-    edges: bool = False,
-    line_width: float = 1.0,
-    edge_color: Any = (0.08, 0.09, 0.11),
-    up: str | None = None,
-    blend: str = "linear",
-    subpixel_bits: int = 8,
-    threads: int | None = None,
-    max_pixels: int = MAX_PIXELS,
-    out: None = None,
-) -> Frame: ...
+    scene: Scene | Instance | Geometry, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *,
+    algorithm: str = "half-space", order: str = "rows", samples: int = 4, cull: str = "none", background: Any = None,
+    shading: str = "auto", crease_angle: float = 40.0, two_sided: bool = True, textures: bool = True, translucency: bool = True,
+    lights: str = "auto", edges: bool = False, line_width: float = 1.0, edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None, point_shape: str | None = None, color_by: str | None = None,
+    eye_dome: bool | float | None = None, up: str | None = None, blend: str = "linear", subpixel_bits: int = 8,
+    threads: int | None = None, max_pixels: int = MAX_PIXELS, out: None = None,
+) -> Frame: ...  # fmt: skip
 
 
 @overload
 def render(
-    scene: Scene | Instance | Geometry,
-    camera: Camera | str | None = None,
-    size: tuple[int, int] = (1280, 960),
-    *,
-    algorithm: str = "half-space",
-    order: str = "rows",
-    samples: int = 4,
-    cull: str = "none",
-    background: Any = None,
-    shading: str = "auto",
-    crease_angle: float = 40.0,
-    two_sided: bool = True,
-    textures: bool = True,
-    translucency: bool = True,
-    lights: str = "auto",
-    edges: bool = False,
-    line_width: float = 1.0,
-    edge_color: Any = (0.08, 0.09, 0.11),
-    up: str | None = None,
-    blend: str = "linear",
-    subpixel_bits: int = 8,
-    threads: int | None = None,
-    max_pixels: int = MAX_PIXELS,
-    out: str | PathLike[str],
-) -> Path: ...
+    scene: Scene | Instance | Geometry, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *,
+    algorithm: str = "half-space", order: str = "rows", samples: int = 4, cull: str = "none", background: Any = None,
+    shading: str = "auto", crease_angle: float = 40.0, two_sided: bool = True, textures: bool = True, translucency: bool = True,
+    lights: str = "auto", edges: bool = False, line_width: float = 1.0, edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None, point_shape: str | None = None, color_by: str | None = None,
+    eye_dome: bool | float | None = None, up: str | None = None, blend: str = "linear", subpixel_bits: int = 8,
+    threads: int | None = None, max_pixels: int = MAX_PIXELS, out: str | PathLike[str],
+) -> Path: ...  # fmt: skip
 
 
 def render(
@@ -135,6 +102,10 @@ def render(
     edges: bool = False,
     line_width: float = 1.0,
     edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None,
+    point_shape: str | None = None,
+    color_by: str | None = None,
+    eye_dome: bool | float | None = None,
     up: str | None = None,
     blend: str = "linear",
     subpixel_bits: int = 8,
@@ -146,7 +117,7 @@ def render(
 
     Parameters
     ----------
-    scene : a Scene, or one Mesh, Polygons, Segments, Points or Instance.
+    scene : a Scene, or one Mesh, Polygons, Segments, Points, PointCloud or Instance.
     camera : a Camera, or the name of a direction ("iso", "front", "back", "left", "right", "top", "bottom") from which the
         scene fills the picture; None is "iso".
     size : (width, height) in pixels.
@@ -163,6 +134,11 @@ def render(
     lights : "studio" shows any shape well; "scene" lets the scene's own lights shine, and "viewer" those and one at the eye, as
         viewers of Inventor do, and a little from all round; "auto" is "viewer" where the scene has lights, else "studio".
     edges, line_width, edge_color : whether the edges of faces are drawn over them, how wide in pixels, and in which colour.
+    point_size : of point clouds, in pixels; "density" closes surfaces, however far apart their points lie, "spacing" has one
+        size in the world for all; the cloud's own by default, else "density". For scenes of clouds alone, as the next three.
+    point_shape : "disc" (default), "square" or "gaussian", which blends splats that lie close behind each other.
+    color_by : "rgb", "elevation", "intensity", "class" or "return"; "auto" (default) takes colours where there are any.
+    eye_dome : whether, or how strongly, points are darkened by what stands before them; True by default.
     up : "+Y", "-Z", ...: the direction of the sky, and of a named view; the scene's own by default.
     blend : "linear", or "srgb" to average samples as tools without linear light do.
     subpixel_bits : vertices are snapped to 1/2^s pixel; 4 to 16.
@@ -200,6 +176,7 @@ def render(
     sides, pictures, lines = check_flag("two_sided", two_sided), check_flag("textures", textures), check_flag("edges", edges)
     clear = check_flag("translucency", translucency)
     check_lighting(lights)
+    points = check_cloud_look(point_size, point_shape, color_by, eye_dome)
 
     # Assets: what is there, from where it is seen, and how it is to look.
     scene = as_scene(scene)
@@ -207,6 +184,14 @@ def render(
     look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color), clear, lighting)
     sky = parse_up(scene.up if up is None else up)
     camera = as_camera(camera, scene, up, options.size)
+    if is_cloud_scene(scene):
+        frame = render_clouds(
+            scene, camera, options.size, points, offsets=offsets / (1 << bits), background=behind, blend=blend, up=sky,
+            threads=options.threads,
+        )  # fmt: skip
+        return frame if sink is None else write_whole(frame.color, sink)
+    if points.is_asked_for:
+        raise InputError("point_size, point_shape, color_by and eye_dome are for scenes of point clouds alone")
 
     # Geometry: triangles on the screen.
     draw = assemble(scene, camera, options.size)
@@ -233,7 +218,7 @@ def render(
 def as_scene(scene: Any) -> Scene:
     """Return what was given to `render` as a Scene."""
     if not isinstance(scene, (Scene, Instance, *GEOMETRIES)):
-        expected = "expected a Scene, Mesh, Polygons, Segments, Points or Instance; use load() to read a file"
+        expected = "expected a Scene, Mesh, Polygons, Segments, Points, PointCloud or Instance; use load() to read a file"
         raise InputError(f"scene = {quote(scene)}: {expected}")
     return scene if isinstance(scene, Scene) else Scene(scene)
 

@@ -18,6 +18,7 @@ Float64Array = npt.NDArray[np.float64]
 Int32Array = npt.NDArray[np.int32]
 Int64Array = npt.NDArray[np.int64]
 UInt8Array = npt.NDArray[np.uint8]
+UInt16Array = npt.NDArray[np.uint16]
 
 # A whole number in a kernel: 64 bits once compiled, either of these when the kernel runs as plain Python.
 Integer = int | np.int64

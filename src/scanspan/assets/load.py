@@ -1,8 +1,9 @@
 """load(): a file to a Scene, whatever its format.
 
 A table says which reader takes which extension; a new format is one line there. STL, PLY, OBJ and OFF have readers of our own,
-which keep faces whole and start at once; glTF and 3MF are parsed by trimesh, imported when first needed. Whatever goes wrong is
-one FormatError with the file's name: a damaged file never crashes, hangs or fills the memory.
+which keep faces whole and start at once; glTF and 3MF are parsed by trimesh, LAS and LAZ by laspy, imported when first needed.
+Clouds that do not fit into memory are opened by `open_chunks` (chunks.py). Whatever goes wrong is one FormatError with the
+file's name: a damaged file never crashes, hangs or fills the memory.
 """
 
 from __future__ import annotations
@@ -30,14 +31,25 @@ READERS: dict[str, tuple[str, str, str]] = {
     "glb": ("read_gltf", "read_gltf", "+Y"),
     "3mf": ("read_3mf", "read_3mf", "+Z"),
     "iv": ("read_iv", "read_iv", "+Y"),
+    "las": ("read_las", "read_las", "+Z"),
+    "laz": ("read_las", "read_las", "+Z"),
+    "xyz": ("read_xyz", "read_xyz", "+Z"),
+    "txt": ("read_xyz", "read_xyz", "+Z"),
+    "csv": ("read_xyz", "read_xyz", "+Z"),
+    "pts": ("read_xyz", "read_xyz", "+Z"),
+    "npy": ("read_npy", "read_npy", "+Z"),
 }
 """Extension to the reader's module in formats/, its function, and the direction that is up."""
 
 PACKED = (".gz", ".asc")
 """Endings that may follow .iv: packed, and text beside a binary file of the same name."""
 
+REMARKS = {"txt", "csv"}
+"""Kinds that are no model where they lie in an archive, but tell about one."""
+
 MAX_BYTES = 2**31
 MAX_TRIANGLES = 100_000_000
+MAX_POINTS = 100_000_000
 MAX_FACE_CORNERS = 10_000
 """Cutting a face takes time that grows with the square of its corners; this many take seconds."""
 
@@ -51,17 +63,18 @@ def load(
     max_triangles: int = MAX_TRIANGLES,
     max_texture_pixels: int = MAX_TEXTURE_PIXELS,
     max_face_corners: int = MAX_FACE_CORNERS,
+    max_points: int = MAX_POINTS,
 ) -> Scene:
     """Read a model file.
 
     Parameters
     ----------
-    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. A PLY
-        without faces gives points.
+    path : an OBJ, PLY, STL, glTF, GLB, 3MF, OFF or Open Inventor (.iv) file, or a zip archive that holds one of them. Points
+        are read from LAS, LAZ, COPC, XYZ, TXT, CSV, PTS, NPY and PLY files; a PLY without faces gives a PointCloud.
     file_type : the extension to go by, where the name has none or a wrong one.
-    nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it.
+    nonfinite : "error" raises for a vertex that is used and not finite; "drop" leaves out the faces that use it, and points.
     max_bytes : largest file, and most bytes unpacked from an archive or opened beside the file.
-    max_triangles, max_texture_pixels, max_face_corners : largest model, texture and face.
+    max_triangles, max_texture_pixels, max_face_corners, max_points : largest model, texture, face and cloud.
 
     Returns
     -------
@@ -81,6 +94,7 @@ def load(
         as_limit(max_triangles, "max_triangles"),
         as_limit(max_texture_pixels, "max_texture_pixels"),
         as_limit(max_face_corners, "max_face_corners"),
+        as_limit(max_points, "max_points"),
     )
     return _to_scene(*open_model(path, file_type, limits, nonfinite))
 
@@ -215,7 +229,7 @@ def _open_archive(file: ModelFile) -> tuple[str, ModelFile]:
     """Return the one model in a zip archive and its kind."""
     archive = open_zip(file.content, file)
     members = [name for name in archive.namelist() if not name.startswith(("__MACOSX/", ".")) and not name.endswith("/")]
-    models = [name for name in members if os.path.splitext(name)[1].lower().removeprefix(".") in READERS]
+    models = [name for name in members if os.path.splitext(name)[1].lower().removeprefix(".") in READERS.keys() - REMARKS]
     if len(models) != 1:
         shown = ", ".join(sorted(models)[:5]) + (", ..." if len(models) > 5 else "")
         raise file.error(f"expected one model in the archive, there are {len(models)}{': ' + shown if models else ''}")

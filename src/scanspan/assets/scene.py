@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.arrays import as_array
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.light import Light
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
@@ -23,8 +24,8 @@ from scanspan.assets.shapes import Points, Segments
 from scanspan.errors import InputError, unknown_name
 from scanspan.homogeneous import transform_points
 
-Geometry: TypeAlias = Mesh | Polygons | Segments | Points
-GEOMETRIES = (Mesh, Polygons, Segments, Points)
+Geometry: TypeAlias = Mesh | Polygons | Segments | Points | PointCloud
+GEOMETRIES = (Mesh, Polygons, Segments, Points, PointCloud)
 
 UPS = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 
@@ -33,7 +34,7 @@ def primitive_count(geometry: Geometry) -> int:
     """Return how many primitives a geometry has: faces, polygons, segments or points."""
     if isinstance(geometry, Mesh):
         return geometry.face_count
-    if isinstance(geometry, Polygons):
+    if isinstance(geometry, (Polygons, PointCloud)):
         return geometry.count
     return len(geometry.segments) if isinstance(geometry, Segments) else len(geometry.positions)
 
@@ -44,7 +45,7 @@ class Instance:
 
     Parameters
     ----------
-    geometry : Mesh, Polygons, Segments or Points.
+    geometry : Mesh, Polygons, Segments, Points or PointCloud.
     transform : (4, 4), kept as float64: column vectors, world = transform times local, last row 0 0 0 1. By default the
         identity.
     material : the base colour and texture.
@@ -70,7 +71,9 @@ class Instance:
         self, geometry: Geometry, transform: ArrayLike | None = None, material: Material | None = None, name: str = ""
     ) -> None:
         if not isinstance(geometry, GEOMETRIES):
-            raise InputError(f"geometry: expected a Mesh, Polygons, Segments or Points, got {type(geometry).__name__}")
+            raise InputError(
+                f"geometry: expected a Mesh, Polygons, Segments, Points or PointCloud, got {type(geometry).__name__}"
+            )
         if material is not None and not isinstance(material, Material):
             raise InputError(f"material: expected a Material, got {type(material).__name__}")
         if not isinstance(name, str):
@@ -92,7 +95,7 @@ class Instance:
     def used_positions(self) -> NDArray[np.float64]:
         """The positions that triangles or segments use, or all points, (N, 3) float64, before the transform."""
         geometry = self.geometry
-        if isinstance(geometry, (Points, Polygons)):
+        if isinstance(geometry, (Points, Polygons, PointCloud)):
             return geometry.positions
         used = np.zeros(len(geometry.positions), dtype=bool)
         used[(geometry.triangles if isinstance(geometry, Mesh) else geometry.segments).reshape(-1)] = True
@@ -101,10 +104,13 @@ class Instance:
     @property
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
+        is_placed = not np.array_equal(self.transform, np.eye(4))
+        if isinstance(self.geometry, PointCloud):
+            return self.geometry.bounds_in(self.transform) if is_placed else self.geometry.bounds
         points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)
-        if not np.array_equal(self.transform, np.eye(4)):
+        if is_placed:
             points = transform_points(self.transform, points)[:, :3]
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -134,7 +140,7 @@ class Scene:
 
     Parameters
     ----------
-    instances : one Instance, Mesh, Polygons, Segments, Points or Scene, or a sequence of them.
+    instances : one Instance, Mesh, Polygons, Segments, Points, PointCloud or Scene, or a sequence of them.
     up : the direction that is up: "+X", "-X", "+Y", "-Y", "+Z" or "-Z".
     name : any text, such as the file's name.
     notes : what a reader of a file could not do, one line each, such as a texture that was not found.
@@ -183,7 +189,8 @@ class Scene:
                 listed.append(Instance(thing))
             else:
                 kind = type(thing).__name__
-                raise InputError(f"instances[{number}]: expected a Mesh, Polygons, Segments, Points or Instance, got {kind}")
+                expected = "expected a Mesh, Polygons, Segments, Points, PointCloud or Instance"
+                raise InputError(f"instances[{number}]: {expected}, got {kind}")
         object.__setattr__(self, "instances", tuple(listed))
         object.__setattr__(self, "up", up)
         object.__setattr__(self, "name", str(name))
@@ -210,8 +217,15 @@ class Scene:
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """All positions that are used, in the world, (N, 3) float64: what a camera has to have in view."""
-        found = [transform_points(instance.transform, instance.used_positions)[:, :3] for instance in self.instances]
+        """What a camera has to have in view, (N, 3) float64 in the world: positions that are used, or points about a cloud."""
+        found = []
+        for one in self.instances:
+            if isinstance(one.geometry, PointCloud):
+                from scanspan.assets.envelope import find_envelope  # it needs the compiler
+
+                found.append(transform_points(one.transform, find_envelope(one.geometry))[:, :3])
+            else:
+                found.append(transform_points(one.transform, one.used_positions)[:, :3])
         return np.concatenate(found) if found else np.empty((0, 3))
 
     @property

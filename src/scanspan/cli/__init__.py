@@ -24,6 +24,7 @@ import typer
 from typer.main import get_command
 
 from scanspan import __version__
+from scanspan.cli import splat as trees
 from scanspan.cli import study
 from scanspan.cli.draw import draw
 from scanspan.cli.ivscan import ivscan
@@ -39,7 +40,7 @@ INTERRUPTED = 130  # the exit code of a process that Ctrl-C ended
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|subpixel_bits)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|max_points|crease_angle|line_width|point_size|point_shape|color_by|eye_dome|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
@@ -97,6 +98,13 @@ def render(
     no_textures: options.NoTextures = False,
     no_translucency: options.NoTranslucency = False,
     lights: options.Lights = "auto",
+    point_size: options.PointSize = None,
+    point_shape: options.PointShape = None,
+    color_by: options.ColorBy = None,
+    eye_dome: options.EyeDome = None,
+    bounds: options.Bounds = None,
+    classification: options.Classification = None,
+    returns: options.Returns = None,
     samples: options.Samples = 4,
     algorithm: options.Algorithm = "half-space",
     order: options.Order = "rows",
@@ -107,6 +115,7 @@ def render(
     max_triangles: options.MaxTriangles = None,
     max_texture_pixels: options.MaxTexturePixels = None,
     max_face_corners: options.MaxFaceCorners = None,
+    max_points: options.MaxPoints = None,
     nonfinite: options.Nonfinite = "error",
     file_type: options.FileType = None,
     verbose: options.Verbose = False,
@@ -121,13 +130,11 @@ def render(
 
     [bold]scanspan render part.stl --aov depth,primitive -o arrays.npz --json camera.json[/bold]
     """
+    from scanspan.view import parts
     from scanspan.view import shot as words
 
-    vector = words.parse_vector
-    shot = words.Shot(
-        words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
-        camera_index,
+    shot = words.parse_shot(
+        direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic, camera_index
     )  # fmt: skip
     names = words.parse_views(views)
     words.check_index(shot, names)
@@ -135,24 +142,23 @@ def render(
         raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
     if no_background and background_color is not None:
         raise InputError("--no-background and --background-color do not go together")
-    if not 0.0 < zoom < float("inf"):
-        raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
-    if not 0.0 < view_angle < 180.0:
-        raise InputError(f"--camera-view-angle = {view_angle}: expected degrees between 0 and 180")
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
         "textures": not no_textures, "translucency": not no_translucency, "lights": lights, "samples": samples,
         "algorithm": algorithm, "order": order, "threads": threads, "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
+        "point_shape": point_shape, "point_size": parts.parse_point_size(point_size), "color_by": color_by,
+        "eye_dome": eye_dome,
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
-        "max_face_corners": max_face_corners, "nonfinite": nonfinite, "file_type": file_type,
+        "max_face_corners": max_face_corners, "max_points": max_points, "nonfinite": nonfinite, "file_type": file_type,
     }  # fmt: skip
     request = Request(
         model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),
         None if aov is None else [name.strip() for name in aov.split(",")], names, metadata, words.parse_axis(up),
         words.parse_shade("--color", color), shot, given(look), given(limits),
+        given(parts.parse_choice(bounds, classification, returns)),
     )  # fmt: skip
     with Reporter(verbose) as reporter, Helper() as helper:
         printed = run(request, reporter, helper)
@@ -164,6 +170,7 @@ app.command()(study.algorithms)
 app.command()(draw)
 app.add_typer(lecture, name="lecture")
 app.command()(ivscan)
+app.add_typer(trees.splat, name="splat")
 
 
 @app.command()

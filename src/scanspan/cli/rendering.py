@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scanspan import __version__
+from scanspan.cli import splat as trees
 from scanspan.cli.warming import Helper
 from scanspan.errors import InputError, unknown_name
 from scanspan.view.reporter import Reporter
 
 if TYPE_CHECKING:
     from scanspan.assets.camera import Camera
-    from scanspan.assets.scene import Instance, Scene
+    from scanspan.assets.scene import Scene
     from scanspan.records import UInt8Array
     from scanspan.target.frame import Frame
     from scanspan.view.shot import Shot
@@ -37,6 +38,7 @@ class Request(NamedTuple):
     shot: Shot
     look: dict[str, Any]  # for scanspan.render
     limits: dict[str, Any]  # for scanspan.load
+    points: dict[str, Any]  # for PointCloud.select
 
 
 def choose_output(model: str, output: str | None, aov: str | None, views: list[str], metadata: str | None) -> str:
@@ -67,6 +69,8 @@ def choose_output(model: str, output: str | None, aov: str | None, views: list[s
 
 def run(request: Request, reporter: Reporter, helper: Helper) -> bytes | str:
     """Render what was asked for, write it, and return what goes to standard output."""
+    if request.model.lower().endswith(trees.ENDING):
+        return trees.draw_request(request, reporter)
     reporter.stage(f"reading {request.model}")
     scene = read_scene(request, reporter)
     check_interrupt()
@@ -122,39 +126,17 @@ def read_scene(request: Request, reporter: Reporter) -> Scene:
     """Return the scene of a request, in its colour and with its up; tell what the reader could not do."""
     from scanspan.assets.load import load
     from scanspan.assets.scene import Scene
+    from scanspan.view.parts import choose_points, recolor
 
     scene = load(request.model, **request.limits)
     for note in scene.notes:
         reporter.note(f"note: {request.model}: {note}")
     reporter.detail(repr(scene))
+    scene = choose_points(scene, request.points)
     if request.color is None and request.up is None:
         return scene
     instances = scene.instances if request.color is None else [recolor(one, request.color) for one in scene.instances]
     return Scene(instances, request.up or scene.up, scene.name, scene.notes, scene.cameras, scene.lights)
-
-
-def recolor(instance: Instance, color: tuple[float, ...]) -> Instance:
-    """Return an instance in one colour, without texture and colours of its own."""
-    from scanspan.assets.material import Material
-    from scanspan.assets.mesh import Mesh
-    from scanspan.assets.scene import Instance
-    from scanspan.assets.shapes import Points, Segments
-
-    shape = instance.geometry
-    if isinstance(shape, Mesh):
-        attributes, corners = (
-            {name: values for name, values in known.items() if name != "color"} for known in (shape.attributes, shape.corners)
-        )
-        shape = Mesh(
-            shape.positions, shape.triangles, shape.source, attributes, corners, shape.inner,
-            face_count=shape.face_count, nonfinite="drop", crease_angle=shape.crease_angle,
-        )  # fmt: skip
-    elif isinstance(shape, Segments):
-        shape = Segments(shape.positions, shape.segments, None, shape.width)
-    elif isinstance(shape, Points):
-        shape = Points(shape.positions, None, shape.size)
-    material = Material(instance.material.name, (color[0], color[1], color[2], color[3]))
-    return Instance(shape, instance.transform, material, instance.name)
 
 
 def render_view(

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.polygons import Polygons
 from scanspan.assets.rings import FILL_RULES
@@ -124,15 +125,16 @@ def swap_corners(part: Part) -> Part:
 
 def make_part(geometry: Geometry, to_world: Float64Array, to_clip: Float64Array, size: tuple[int, int]) -> Part:
     """Return the triangles of one geometry."""
-    world, clip = transform_points(to_world, geometry.positions)[:, :3], transform_points(to_clip, geometry.positions)
+    places = geometry.positions
+    world, clip = transform_points(to_world, places)[:, :3], transform_points(to_clip, places)
     if isinstance(geometry, Mesh):
         count = np.arange(len(geometry.triangles), dtype=np.int32)
         return Part(clip, world, geometry.triangles, geometry.source, count, geometry.inner)
     if isinstance(geometry, Polygons):
         element = np.arange(len(geometry.source), dtype=np.int32)
         return Part(clip, world, geometry.reference, geometry.source, element, np.full(len(element), 7, np.uint8))
-    if isinstance(geometry, Points):
-        return quads(clip, clip, world, world, np.array([[-1.0, 0.0]]), geometry.size, size, caps=True)
+    if isinstance(geometry, (Points, PointCloud)):
+        return quads(clip, clip, world, world, np.array([[-1.0, 0.0]]), geometry.size or 1.0, size, caps=True)
     return segment_quads(clip, world, geometry, size)
 
 

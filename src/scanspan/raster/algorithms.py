@@ -181,28 +181,50 @@ def run_layers(
 
     A band of rows would have to look at every triangle; of many small ones that is most of the work.
     """
-    drawn, free = with_outlines(triangles, sampling), SimpleQueue[Int64Array]()
-    others = [np.full(target.shape, EMPTY_KEY) for _ in range(threads - 1)]
-    for keys in (target, *others):
-        free.put(keys)
+    drawn = with_outlines(triangles, sampling)
 
-    def scan_part(first: int, last: int, stop: Event) -> Int64Array:
+    def scan_part(keys: Int64Array, first: int, last: int, stop: Event) -> Int64Array:
         """Scan some triangles, in chunks so that an interrupt is noticed between them."""
-        keys, counters = free.get(), np.zeros(COUNTERS, np.int64)
+        counters = np.zeros(COUNTERS, np.int64)
         for start in range(first, last, CHUNK):
             if not stop.is_set():
                 scan(keys, counters, drawn, start, min(start + CHUNK, last), sampling)
-        free.put(keys)
         return counters
 
-    def keep_largest(y_start: int, y_end: int, stop: Event) -> None:
+    counted = draw_layers(scan_part, target, len(triangles.corners), threads)
+    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
+
+
+def draw_layers(
+    draw: Callable[[Int64Array, int, int, Event], Any], target: Int64Array, count: int, threads: int,
+    empty: int = int(EMPTY_KEY), merge: np.ufunc = np.maximum,
+) -> list[Any]:  # fmt: skip
+    """Call `draw(keys, first, last, stop)` for parts of `count` things, and keep the largest key of each sample.
+
+    Each thread has keys of its own, which are `empty`, and the first one those of the target; what the calls gave is returned
+    in order. `merge` may be another operation in which neither order nor grouping matters.
+    """
+    free = SimpleQueue[Int64Array]()
+    others = [np.full(target.shape, empty, np.int64) for _ in range(threads - 1)]
+    for keys in (target, *others):
+        free.put(keys)
+
+    def draw_part(first: int, last: int, stop: Event) -> Any:
+        """Draw some of them into keys that no other thread has."""
+        keys = free.get()
+        found = draw(keys, first, last, stop)
+        free.put(keys)
+        return found
+
+    def keep_largest(start: int, end: int, stop: Event) -> None:
         """Merge the rows of one band."""
         for keys in others:
-            np.maximum(target[y_start:y_end], keys[y_start:y_end], out=target[y_start:y_end])
+            merge(target[start:end], keys[start:end], out=target[start:end])
 
-    counted = run_bands(scan_part, len(triangles.corners), threads, each=4)
-    run_bands(keep_largest, sampling.y_end, threads)
-    return np.asarray(np.sum(counted, axis=0, initial=0), np.int64)
+    found = run_bands(draw_part, count, threads, each=4)
+    if others:
+        run_bands(keep_largest, len(target), threads)
+    return found
 
 
 def run_kernel(

@@ -31,8 +31,8 @@ def save(scene: Scene | Instance | Geometry, path: str | os.PathLike[str]) -> No
 
     Parameters
     ----------
-    scene : a Scene, or one Mesh, Polygons, Segments, Points or Instance. What `load` read comes back with the same positions,
-        faces, colours, textures, lights and cameras; polygons with holes come back as triangles.
+    scene : a Scene, or one Mesh, Polygons, Segments, Points, PointCloud or Instance. What `load` read comes back with the same
+        positions, faces, colours, textures, lights and cameras; polygons with holes come back as triangles.
     path : where to; the file is either written whole or left as it was.
 
     Raises

@@ -54,3 +54,10 @@ def open_sink(path: Path, size: tuple[int, int]) -> Iterator[Callable[[UInt8Arra
             file.write((over_white(rows) if is_ppm else rows).tobytes())
 
         yield write_rows
+
+
+def write_whole(pixels: UInt8Array, path: Path) -> Path:
+    """Write a picture that is there as a whole, (H, W, 4), and return its path."""
+    with open_sink(path, (pixels.shape[1], pixels.shape[0])) as write_rows:
+        write_rows(pixels)
+    return path

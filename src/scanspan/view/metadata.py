@@ -19,16 +19,19 @@ import numpy as np
 import numpy.typing as npt
 
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.lens import Orthographic, Perspective
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
-from scanspan.assets.scene import Instance, Scene, primitive_count
+from scanspan.assets.scene import Geometry, Instance, Scene, primitive_count
 from scanspan.target.frame import Frame
+from scanspan.view.cloud_metadata import describe_clouds
 from scanspan.view.reporter import to_line
 
 Record = dict[str, Any]
 
 _SHOWN = 20  # rows of one entry that people are shown
+_LONG = 80  # a single thing that takes more letters has a row for each thing known of it
 
 
 def describe_frame(frame: Frame) -> Record:
@@ -65,7 +68,10 @@ def describe_frame(frame: Frame) -> Record:
         "seen_bounds": seen_bounds,
         "depth_range": depth_range,
         "camera": describe_camera(frame.camera, frame.size, centre_of(frame.scene)),
-        "counts": {**scene.pop("counts"), **{name: int(frame.counters[name]) for name in ("drawn", "cut", "outside")}},
+        "counts": {
+            **scene.pop("counts"),
+            **{name: int(count) for name, count in frame.counters.items() if name != "triangles"},
+        },
         "scene": scene,
     }
 
@@ -156,7 +162,7 @@ def describe_parts(scene: Scene) -> Record:
             {
                 "name": instance.name,
                 "kind": type(instance.geometry).__name__.lower(),
-                "vertices": len(instance.geometry.positions),
+                "vertices": vertex_count(instance.geometry),
                 "triangles": len(instance.geometry.triangles) if isinstance(instance.geometry, Mesh) else 0,
                 "primitives": primitive_count(instance.geometry),
                 "attributes": attributes_of(instance),
@@ -175,11 +181,18 @@ def describe_parts(scene: Scene) -> Record:
     }
 
 
+def vertex_count(geometry: Geometry) -> int:
+    """Return how many positions a geometry has; a cloud would have to work them out."""
+    return geometry.count if isinstance(geometry, PointCloud) else len(geometry.positions)
+
+
 def attributes_of(instance: Instance) -> list[str]:
     """Return the names of what an instance has at its vertices or corners."""
     geometry = instance.geometry
     if isinstance(geometry, Mesh):
         return sorted({*geometry.attributes, *geometry.corners})
+    if isinstance(geometry, PointCloud):
+        return sorted(geometry.columns)
     return [] if geometry.colors is None else ["color"]
 
 
@@ -212,7 +225,8 @@ def _to_lines(value: Any, indent: str) -> str:
 def describe_model(path: str, scene: Scene) -> Record:
     """Return what is known of a model file: its format and size, the scene, and its parts."""
     kind = Path(path).suffix.lower().removeprefix(".")
-    return {"file": path, "format": kind, "bytes": os.path.getsize(path)} | describe_scene(scene) | describe_parts(scene)
+    record = {"file": path, "format": kind, "bytes": os.path.getsize(path)} | describe_scene(scene) | describe_clouds(scene)
+    return record | describe_parts(scene)
 
 
 def describe_machine() -> Record:
@@ -287,7 +301,8 @@ def _to_rows(value: Any) -> list[str]:
     if isinstance(value, dict):
         return [f"{name.replace('_', ' ')}: {_to_words(item)}" for name, item in value.items()] or ["none"]
     if isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
-        return [_to_words(item) for item in value]
+        rows = [_to_words(item) for item in value]
+        return _to_rows(value[0]) if len(value) == 1 and len(rows[0]) > _LONG else rows
     return [_to_words(value)]
 
 
@@ -300,7 +315,8 @@ def _to_words(value: Any) -> str:
     if isinstance(value, list):
         return ", ".join(_to_words(item) for item in value) or "none"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        # Coordinates of surveys have millions of metres and need their millimetres.
+        return f"{value:.6g}" if not 1e5 <= abs(value) < 1e10 else f"{value:.3f}".rstrip("0").rstrip(".")
     if isinstance(value, int) and not isinstance(value, bool):
         return f"{value:,}"
     return "none" if value is None else to_line(str(value))

@@ -16,9 +16,15 @@ import typer
 _output = partial(typer.Option, rich_help_panel="Output")
 _camera = partial(typer.Option, rich_help_panel="Camera")
 _look = partial(typer.Option, rich_help_panel="Look")
+_points = partial(typer.Option, rich_help_panel="Point clouds")
 _limit = partial(typer.Option, rich_help_panel="Limits and machine")
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, IV, or a zip of one.")]
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, IV, a zip of one, or LAS, LAZ, XYZ, CSV, PTS, NPY."
+    ),
+]
 Output = Annotated[
     str | None,
     _output(
@@ -41,7 +47,9 @@ Aov = Annotated[
     ),
 ]
 Metadata = Annotated[str | None, _output("--json", metavar="FILE", help="Camera matrices, counts, coverage and more, as JSON.")]
-Up = Annotated[str | None, _camera(metavar="AXIS", help="+X -X +Y -Y +Z or -Z is up. By default +Z for STL and 3MF, else +Y.")]
+Up = Annotated[
+    str | None, _camera(metavar="AXIS", help="+X -X +Y -Y +Z or -Z is up. By default +Z for STL, 3MF and LAS, else +Y.")
+]
 CameraIndex = Annotated[
     int | None, _camera("--camera-index", metavar="N", help="A camera of the file, counted from 0, in the place of all others.")
 ]
@@ -80,6 +88,25 @@ Lights = Annotated[
     str,
     _look(metavar="NAME", help="studio, scene (the file's), viewer (and one at the eye), or auto: viewer if it has some."),
 ]
+PointSize = Annotated[
+    str | None,
+    _points(
+        metavar="PIXELS|NAME", help="Pixels; or density (the default), which closes surfaces; or spacing, one size for all."
+    ),
+]
+PointShape = Annotated[str | None, _points(metavar="NAME", help="disc (the default), square or gaussian.")]
+ColorBy = Annotated[
+    str | None,
+    _points(
+        metavar="NAME", help="auto (colours where there are any, else elevation), rgb, elevation, intensity, class, return."
+    ),
+]
+EyeDome = Annotated[
+    bool | None, _points("--eye-dome/--no-eye-dome", show_default=False, help="Darken what lies behind an edge; on by default.")
+]
+Bounds = Annotated[str | None, _points(metavar="X0,Y0[,Z0],X1,Y1[,Z1]", help="Keep the points in a box, given by two corners.")]
+Classification = Annotated[str | None, _points(metavar="NAMES", help="Keep some classes, such as ground,building or 2,6.")]
+Returns = Annotated[str | None, _points(metavar="NAMES", help="Keep some returns: first, last, single, or numbers.")]
 Samples = Annotated[int, _look(metavar="N", help="Samples a pixel: 1, 2, 4, 8 or 16. More are smoother.")]
 Algorithm = Annotated[str, _limit(metavar="NAME", help="All paint the same picture; `scanspan info` lists them.")]
 Order = Annotated[str, _limit(metavar="NAME", help="rows, serpentine, tiles, morton or hilbert; the picture is the same.")]
@@ -92,6 +119,7 @@ MaxBytes = Annotated[int | None, _limit(metavar="N", help="Refuse larger files; 
 MaxTriangles = Annotated[int | None, _limit(metavar="N", help="Refuse larger models; 100000000 by default.")]
 MaxTexturePixels = Annotated[int | None, _limit(metavar="N", help="Leave out larger textures; 67108864 by default.")]
 MaxFaceCorners = Annotated[int | None, _limit(metavar="N", help="Refuse faces with more corners; 10000 by default.")]
+MaxPoints = Annotated[int | None, _limit(metavar="N", help="Refuse larger clouds; 100000000 by default.")]
 Nonfinite = Annotated[str, _limit(metavar="NAME", help="Vertices that are NaN or infinite: error, or drop their faces.")]
 FileType = Annotated[str | None, _limit(metavar="NAME", help="Read the file as obj, ply, ..., whatever its name is.")]
 Verbose = Annotated[bool, _limit("--verbose", help="Tell more on standard error.")]

@@ -38,12 +38,14 @@ class Limits:
     triangles : over the whole model, after faces have been cut.
     texture_pixels : pixels of one texture.
     face_corners : corners of one face.
+    points : of a cloud.
     """
 
     bytes: int
     triangles: int
     texture_pixels: int
     face_corners: int
+    points: int = 100_000_000
 
 
 class Folder(Protocol):
@@ -187,6 +189,11 @@ class ModelFile:
             raise LimitError(
                 f"{self.path}: {count} triangles are more than the limit of {self.limits.triangles} (max_triangles)"
             )
+
+    def check_points(self, count: int) -> None:
+        """Raise when a cloud has more points than the limit."""
+        if count > self.limits.points:
+            raise LimitError(f"{self.path}: {count} points are more than the limit of {self.limits.points} (max_points)")
 
     def check_faces(self, corner_counts: list[int]) -> None:
         """Raise when faces have too many corners, one alone or all together."""

@@ -1,4 +1,4 @@
-"""PLY: vertices and faces with any properties; without faces, points, or segments where it lists edges.
+"""PLY: vertices and faces with any properties; without faces, a cloud of points, or segments where it lists edges.
 
 Names of properties are a matter of custom; the usual ones are known: x y z, nx ny nz, s t / u v / texture_u texture_v, red
 green blue alpha, vertex_indices / vertex_index. Other numbers at a vertex are kept under their own names. Where both vertices
@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.formats.files import ModelFile
 from scanspan.assets.formats.pictures import decode_texture
 from scanspan.assets.formats.ply_body import Table, read_body
 from scanspan.assets.formats.ply_header import read_header
+from scanspan.assets.formats.point_columns import by_meaning, cloud_from, make_plan, name_columns
 from scanspan.assets.material import Material
 from scanspan.assets.mesh import Mesh
 from scanspan.assets.scene import Geometry, Instance
-from scanspan.assets.shapes import Points, Segments
+from scanspan.assets.shapes import Segments
 
 UV_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 COLOR_NAMES = (
@@ -53,7 +55,7 @@ def read_ply(file: ModelFile) -> list[Instance]:
     else:
         if not len(positions):
             raise file.error("the file has no vertices")
-        geometry = Points(positions, attributes.get("color"), nonfinite=file.nonfinite)
+        geometry = _cloud(vertex, file)
     return [Instance(geometry, material=material, name=file.stem)]
 
 
@@ -127,6 +129,14 @@ def _mesh(positions: NDArray[np.float64], attributes: dict[str, NDArray[Any]], f
         if np.array_equal(uv_counts, 2 * counts):
             corners["uv"] = uv.astype(np.float64).reshape(-1, 2)
     return Mesh.from_flat(positions, indices, counts, attributes, corners, nonfinite=file.nonfinite)
+
+
+def _cloud(vertex: Table, file: ModelFile) -> PointCloud:
+    """Return the vertices as a cloud, with what scanners know of points."""
+    file.check_points(len(vertex.columns["x"]))
+    names = name_columns(list(vertex.columns))
+    columns = by_meaning(names, list(vertex.columns.values()))
+    return cloud_from(make_plan(names, columns, by_type=True), columns, file.nonfinite)
 
 
 def _strips(positions: NDArray[np.float64], attributes: dict[str, NDArray[Any]], table: Table, file: ModelFile) -> Mesh:

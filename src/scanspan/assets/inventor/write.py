@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.inventor.write_lights import write_camera, write_lights
 from scanspan.assets.material import Material, Texture
 from scanspan.assets.mesh import Mesh
@@ -65,8 +66,8 @@ def _instance(instance: Instance, number: int, lights: list[str]) -> Iterator[st
         body = _mesh(geometry, instance)
     elif isinstance(geometry, Segments):
         body = _segments(geometry, instance)
-    elif isinstance(geometry, Points):
-        body = _points(geometry, instance)
+    elif isinstance(geometry, (Points, PointCloud)):
+        body = _points(geometry if isinstance(geometry, Points) else geometry.as_points(), instance)
     else:
         body = _polygons(geometry, instance, number)
     yield from (f"  {line}" for line in body)
