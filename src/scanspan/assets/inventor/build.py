@@ -32,7 +32,7 @@ Indices = NDArray[np.int64]
 SHAPING = (
     "points", "weights", "normals", "normal_binding", "diffuse", "transparency", "material_binding", "style", "line_width",
     "point_size", "ordering", "crease_angle", "complexity", "complexity_type", "uv", "plane", "uv_binding", "uv_transform",
-    "font_size", "profile", "profiles",
+    "font_size", "profile",
 )  # fmt: skip
 
 
@@ -80,7 +80,7 @@ class Builder:
         values = (getattr(state, name) for name in SHAPING)
         words = (v if isinstance(v, (str, float, bool)) or v is None else id(v) for v in values)
         place = (id(state.clip_planes), id(state.transform)) if state.clip_planes else ()
-        return (id(node), state.texture is not None, *place, *words)
+        return (id(node), state.texture is not None, *place, *map(id, state.profiles), *words)
 
     # Geometry
 
