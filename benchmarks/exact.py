@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.cloud_scenes import CloudScene, nearest_depths
 from benchmarks.plane_scenes import FloodScene, LineScene, PointScene, PolygonScene, RingsScene
 from benchmarks.scenes import GRID, FlatScene
 
@@ -30,7 +31,8 @@ BLOCK = 1 << 22  # pixels or crossings at a time
 BAND = 64  # rows that are compared at a time
 
 # How far a value may be off, by the kind of a scene: of 255 for colours, of 1 for shares.
-TOLERANCES = {"shaded": 2.0, "deep": 2.0, "smooth lines": 16.0, "smooth polygon": 8.0, "measure": 8.0}
+TOLERANCES = {"shaded": 2.0, "deep": 2.0, "smooth lines": 16.0, "smooth polygon": 8.0, "measure": 8.0,
+              "cloud": 1e-7}  # fmt: skip
 
 
 def _blocks(sizes: Integers) -> Iterator[slice]:
@@ -260,6 +262,8 @@ def answer(scene: Any) -> Answer:
         width, height = scene.size
         number = scene.y.astype(np.int64) * width + scene.x.astype(np.int64)
         return {"counts": [np.bincount(number, minlength=width * height).reshape(height, width)]}
+    if isinstance(scene, CloudScene):
+        return {"depths": [nearest_depths(scene)]}
     if isinstance(scene, FloodScene):
         return {"mask": [flooded(scene.image, scene.seed)]}
     if isinstance(scene, RingsScene) and scene.kind == "burn":

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks import engine_peers, line_peers, map_peers, mesh_peers, painters, peers, plane_scenes, polygon_peers, scenes
+from benchmarks import (
+    cloud_peers,
+    cloud_scenes,
+    engine_peers,
+    line_peers,
+    map_peers,
+    mesh_peers,
+    painters,
+    peers,
+    plane_scenes,
+    polygon_peers,
+    scenes,
+)
 
 PEERS = {
     **peers.PEERS,
@@ -14,21 +26,23 @@ PEERS = {
     **line_peers.PEERS,
     **polygon_peers.PEERS,
     **map_peers.PEERS,
+    **cloud_peers.PEERS,
     **peers.FILLS,
 }
 FILL = peers.FILL
 
 START = "start"  # Not a scene, but whole processes.
-NAMES = [*scenes.NAMES, *plane_scenes.NAMES]
+NAMES = [*scenes.NAMES, *plane_scenes.NAMES, *cloud_scenes.NAMES]
 # Names that stand for several scenes.
-GROUPS = {group: [name for name in NAMES if name.startswith(group)] for group in ("M", "PS", "PX", "TRI", "MP")}
+GROUPS = {group: [name for name in NAMES if name.startswith(group)] for group in ("M", "PS", "PX", "TRI", "MP", "PC")}
 GROUPS["M"] = [*scenes.KNOTS, *scenes.MODELS]
-ALL = ["A", "B", "C", "D", "E", "F", "G", "H", "I", "M", "T", "L", "LA", "PS", "PX", "Q2", "FF", "TRI", "MP", START]
+ALL = ["A", "B", "C", "D", "E", "F", "G", "H", "I", "M", "T", "L", "LA", "PS", "PX", "Q2", "FF", "TRI", "MP", "PC", START]
 
 
 def make_scene(name: str, scale: float) -> Any:
     """Return the scene of a name in `NAMES`."""
-    return (scenes if name in scenes.NAMES else plane_scenes).make(name, scale)
+    homes = (scenes, plane_scenes, cloud_scenes)
+    return next(home for home in homes if name in home.NAMES).make(name, scale)
 
 
 def scene_names(chosen: str) -> list[str]:

@@ -23,7 +23,7 @@ LEVELS = 6  # sizes of cubes
 COUNTED = 1 << 19  # points that are counted at most
 TABLE_BITS = 22  # of the table of cubes, which is never full: LEVELS * COUNTED < 2^22
 ENOUGH = 5  # points in a cube that tell their spacing
-LONGEST = 2.5  # times the median spacing: what stands alone is not made larger
+LONGEST = 3.0  # times the median spacing: what stands alone is not made larger
 
 EMPTY = np.int64(-1)
 MIX = np.uint64(0x9E3779B97F4A7C15)
