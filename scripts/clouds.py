@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import scanspan as ss
 
-TILE = (360, 240)
+TILE = (330, 220)
 DIRECTIONS = ("iso", "top", "front")
 
 
