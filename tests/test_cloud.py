@@ -249,3 +249,12 @@ def test_beside_a_mesh_a_cloud_is_drawn_as_points() -> None:
     np.testing.assert_array_equal(frames[0].color, frames[1].color)
     np.testing.assert_array_equal(frames[0].primitive, frames[1].primitive)
     assert (frames[0].primitive >= 2).sum() > 500
+
+
+def test_bounds_of_a_turned_cloud_are_those_of_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scanspan.assets.cloud.PART", 333)
+    cloud, turned = survey(), np.eye(4)
+    turned[:3, :3] = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
+    world = ss.homogeneous.transform_points(turned, cloud.positions)[:, :3]
+    np.testing.assert_array_equal(Instance(cloud, turned).bounds, [world.min(axis=0), world.max(axis=0)])
+    assert np.isnan(Instance(PointCloud([]), turned).bounds).all()

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from scanspan.assets.splats import spheres
 from scanspan.errors import InputError
 from scanspan.lectures import splats
 from scanspan.lectures.splats import Tree
@@ -54,7 +55,7 @@ def faults_of_code(tree: Tree, seen: Tree) -> list[str]:
     above = seen.radii[np.maximum(tree.parents, 0)]
     growth = seen.radii - tree.radii
     off = np.abs(seen.centres - tree.centres).max(axis=1)
-    size = splats.sphere_codes()[np.asarray(splats.encode(tree).words, np.int64) >> 3, 0]
+    size = spheres.sphere_codes()[np.asarray(splats.encode(tree).words, np.int64) >> 3, 0]
     faults = {
         "a radius has shrunk": growth < -unit,
         "a cube sticks out": off + tree.radii > seen.radii + unit,
@@ -65,7 +66,7 @@ def faults_of_code(tree: Tree, seen: Tree) -> list[str]:
 
 
 def test_there_are_7621_codes_and_none_is_missing() -> None:
-    codes = splats.sphere_codes()
+    codes = spheres.sphere_codes()
     counts = np.bincount(codes[:, 0])
     assert len(codes) == 7621 < 2**13
     assert counts[1:].tolist() == [1617, 1648, 1331, 1000, 729, 512, 343, 216, 125, 64, 27, 8, 1]
@@ -143,12 +144,12 @@ def test_corners_without_a_code_take_three_steps() -> None:
             np.array([(0, 0, 0), sign, (0, 0, 0)]) * 0.9999, np.array([1, 1e-5, 0.5]), np.array([2, 0, 0]), np.arange(3)
         )
         word = int(splats.encode(tree).words[1])
-        assert splats.sphere_codes()[word >> 3].tolist() == [3, *(10 * (k > 0) for k in sign)]
+        assert spheres.sphere_codes()[word >> 3].tolist() == [3, *(10 * (k > 0) for k in sign)]
         assert faults_of_code(tree, splats.decode(splats.encode(tree))) == []
 
 
 def test_planted_faults_in_the_code_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    tree, honest = TREES["surface"], splats.quantise
+    tree, honest = TREES["surface"], spheres.quantise
     assert faults_of_code(tree, splats.decode(splats.encode(tree))) == []
 
     # Children measured from their true parents instead of the decoded ones: errors add up.
@@ -157,12 +158,12 @@ def test_planted_faults_in_the_code_are_found(monkeypatch: pytest.MonkeyPatch) -
         return honest(tree, nodes, tree.centres[above], tree.radii[above])
 
     with monkeypatch.context() as patch:
-        patch.setattr(splats, "quantise", measured_from_the_truth)
+        patch.setattr(spheres, "quantise", measured_from_the_truth)
         assert "a cube sticks out" in faults_of_code(tree, splats.decode(splats.encode(tree)))
 
     # Rounding to the nearest step instead of outward.
     with monkeypatch.context() as patch:
-        patch.setattr(splats.np, "ceil", np.rint)
+        patch.setattr(spheres.np, "ceil", np.rint)
         planted = splats.encode(tree)
     assert {"a radius has shrunk", "a cube sticks out"} <= set(faults_of_code(tree, splats.decode(planted)))
 

@@ -16,17 +16,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from scanspan.assets.arrays import as_array, as_colors, as_floats, as_integers, in_layout, own, quote_row
+from scanspan.assets.arrays import as_array, as_colors, as_floats, as_integers, own, quote_row
 from scanspan.assets.cloud_choice import choose
 from scanspan.assets.mesh import NONFINITE
 from scanspan.assets.shapes import Points, as_pixels
 from scanspan.errors import InputError, unknown_name
+from scanspan.homogeneous import transform_points
 from scanspan.records import BoolArray, Float64Array
 
 COLUMNS = ("color", "intensity", "classification", "return_number", "number_of_returns", "normals")
 """What a cloud may know of each point besides its position."""
+
+PART = 1 << 20
 
 MAX_COORDINATE = 1e150
 """Coordinates lie within this, so that no distance overflows."""
@@ -165,6 +168,15 @@ class PointCloud:
         columns = [self.stored[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]]) * self.scale + self.offset
 
+    def bounds_in(self, transform: Float64Array) -> Float64Array:
+        """Return lowest and highest x, y, z after a (4, 4) transform, (2, 3) float64; a million points at a time."""
+        if not len(self):
+            return np.full((2, 3), np.nan)
+        parts = (self.take(slice(first, first + PART)) for first in range(0, len(self), PART))
+        placed = (transform_points(transform, part.positions)[:, :3] for part in parts)
+        ends = np.array([(places.min(axis=0), places.max(axis=0)) for places in placed])
+        return np.stack([ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)])
+
     def take(self, rows: slice | ArrayLike) -> PointCloud:
         """Return some of the points: a slice, which copies nothing, or an array of row numbers or of truth values.
 
@@ -231,8 +243,15 @@ class PointCloud:
 def _as_positions(positions: ArrayLike | None) -> NDArray[Any]:
     """Return positions as float32 or float64, (N, 3)."""
     array = as_array(positions if positions is not None else [], "positions")
-    narrow = array.dtype.kind == "f" and array.dtype.itemsize <= 4
-    return as_floats(array, 3, "positions", np.float32 if narrow else np.float64)
+    kind = np.float32 if array.dtype.kind == "f" and array.dtype.itemsize <= 4 else np.float64
+    if array.ndim == 2 and array.shape[1] == 3 and array.dtype == kind:
+        return _laid_out(array, kind)
+    return as_floats(array, 3, "positions", kind)
+
+
+def _laid_out(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
+    """Return the array in a type and C-contiguous; one that is so is not copied, though it may be read-only."""
+    return np.require(array, dtype, ["C", "A", "E"])
 
 
 def _as_stored_integers(integers: ArrayLike) -> NDArray[np.int32]:
@@ -247,7 +266,7 @@ def _as_stored_integers(integers: ArrayLike) -> NDArray[np.int32]:
     if whole.dtype != np.int32 and whole.size and (whole.min() < -(2**31) or whole.max() >= 2**31):
         row = int(np.argmax(((whole < -(2**31)) | (whole >= 2**31)).any(axis=1)))
         raise InputError(f"{quote_row(whole, 'integers', row)}: expected numbers of 32 bits")
-    checked: NDArray[np.int32] = in_layout(whole, np.int32)
+    checked: NDArray[np.int32] = _laid_out(whole, np.int32)
     return checked
 
 
@@ -279,12 +298,14 @@ def _as_three(values: ArrayLike, name: str) -> Float64Array:
 
 def _as_bytes_of_color(color: ArrayLike, count: int) -> NDArray[np.uint8]:
     """Return colours as (N, 3) or (N, 4) uint8."""
+    if isinstance(color, np.ndarray) and color.dtype == np.uint8 and color.shape in ((count, 3), (count, 4)):
+        return _laid_out(color, np.uint8)
     has_alpha = not isinstance(color, str) and np.shape(color)[-1:] == (4,)
     array = as_colors(color, (count,), "color")
     if array.dtype != np.uint8:
         array = np.rint(array.astype(np.float64) * 255.0).astype(np.uint8)
     array = array if has_alpha else array[..., :3]
-    return in_layout(np.tile(array, (count, 1)) if array.ndim == 1 else array, np.uint8)
+    return _laid_out(np.tile(array, (count, 1)) if array.ndim == 1 else array, np.uint8)
 
 
 def _one_for_each(values: ArrayLike, count: int, name: str) -> NDArray[Any]:
@@ -301,9 +322,9 @@ def _as_intensity(values: ArrayLike, count: int) -> NDArray[Any]:
     """Return intensities as uint16 where they are whole and fit, else as float32."""
     array = _one_for_each(values, count, "intensity")
     if array.dtype.kind in "biu" and (not count or (array.min() >= 0 and array.max() < 2**16)):
-        return in_layout(array, np.uint16)
+        return _laid_out(array, np.uint16)
     with np.errstate(over="ignore"):
-        return in_layout(array, np.float32)
+        return _laid_out(array, np.float32)
 
 
 def _as_bytes(values: ArrayLike, count: int, name: str) -> NDArray[np.uint8]:
@@ -314,7 +335,7 @@ def _as_bytes(values: ArrayLike, count: int, name: str) -> NDArray[np.uint8]:
         bad = (array < 0) | (array > 255)
         if bad.any():
             raise InputError(f"{quote_row(array, name, int(np.argmax(bad)))}: expected 0..255")
-    checked: NDArray[np.uint8] = in_layout(array, np.uint8)
+    checked: NDArray[np.uint8] = _laid_out(array, np.uint8)
     return checked
 
 

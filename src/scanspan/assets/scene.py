@@ -104,8 +104,8 @@ class Instance:
     def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest x, y, z in the world of the vertices that are used, (2, 3) float64; NaN when there are none."""
         is_placed = not np.array_equal(self.transform, np.eye(4))
-        if isinstance(self.geometry, PointCloud) and not is_placed:
-            return self.geometry.bounds
+        if isinstance(self.geometry, PointCloud):
+            return self.geometry.bounds_in(self.transform) if is_placed else self.geometry.bounds
         points = self.used_positions
         if not len(points):
             return np.full((2, 3), np.nan)

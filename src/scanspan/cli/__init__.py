@@ -47,7 +47,7 @@ _INTERRUPTED = threading.Event()
 
 # Arguments of the library that its messages name, where they are options here; not within a file's name.
 _OPTIONS = re.compile(
-    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|crease_angle|line_width|point_size|point_shape|color_by|eye_dome|subpixel_bits)(?![\w./\\-])"
+    r"(?<![\w./\\-])(?:max_pixels|max_bytes|max_triangles|max_texture_pixels|max_face_corners|max_points|crease_angle|line_width|point_size|point_shape|color_by|eye_dome|subpixel_bits)(?![\w./\\-])"
     r"|^(?:samples|threads)(?= =)"
 )
 
@@ -136,6 +136,7 @@ def render(
     max_triangles: options.MaxTriangles = None,
     max_texture_pixels: options.MaxTexturePixels = None,
     max_face_corners: options.MaxFaceCorners = None,
+    max_points: options.MaxPoints = None,
     nonfinite: options.Nonfinite = "error",
     file_type: options.FileType = None,
     verbose: options.Verbose = False,
@@ -176,7 +177,7 @@ def render(
     }  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
-        "max_face_corners": max_face_corners, "nonfinite": nonfinite, "file_type": file_type,
+        "max_face_corners": max_face_corners, "max_points": max_points, "nonfinite": nonfinite, "file_type": file_type,
     }  # fmt: skip
     request = Request(
         model, choose_output(model, output, aov, names, metadata), words.parse_size(resolution, size, DEFAULT_SIZE),

@@ -19,7 +19,12 @@ _look = partial(typer.Option, rich_help_panel="Look")
 _points = partial(typer.Option, rich_help_panel="Point clouds")
 _limit = partial(typer.Option, rich_help_panel="Limits and machine")
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, IV, or a zip of one.")]
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL", help="OBJ, PLY, STL, OFF, glTF, GLB, 3MF, IV, a zip of one, or LAS, LAZ, XYZ, CSV, PTS, NPY."
+    ),
+]
 Output = Annotated[
     str | None,
     _output(
@@ -42,7 +47,9 @@ Aov = Annotated[
     ),
 ]
 Metadata = Annotated[str | None, _output("--json", metavar="FILE", help="Camera matrices, counts, coverage and more, as JSON.")]
-Up = Annotated[str | None, _camera(metavar="AXIS", help="+X -X +Y -Y +Z or -Z is up. By default +Z for STL and 3MF, else +Y.")]
+Up = Annotated[
+    str | None, _camera(metavar="AXIS", help="+X -X +Y -Y +Z or -Z is up. By default +Z for STL, 3MF and LAS, else +Y.")
+]
 Direction = Annotated[
     str | None,
     _camera(
@@ -104,6 +111,7 @@ MaxBytes = Annotated[int | None, _limit(metavar="N", help="Refuse larger files; 
 MaxTriangles = Annotated[int | None, _limit(metavar="N", help="Refuse larger models; 100000000 by default.")]
 MaxTexturePixels = Annotated[int | None, _limit(metavar="N", help="Leave out larger textures; 67108864 by default.")]
 MaxFaceCorners = Annotated[int | None, _limit(metavar="N", help="Refuse faces with more corners; 10000 by default.")]
+MaxPoints = Annotated[int | None, _limit(metavar="N", help="Refuse larger clouds; 100000000 by default.")]
 Nonfinite = Annotated[str, _limit(metavar="NAME", help="Vertices that are NaN or infinite: error, or drop their faces.")]
 FileType = Annotated[str | None, _limit(metavar="NAME", help="Read the file as obj, ply, ..., whatever its name is.")]
 Verbose = Annotated[bool, _limit("--verbose", help="Tell more on standard error.")]
