@@ -369,6 +369,14 @@ def test_options_that_cannot_be_used_are_quoted(options, message):
     assert message in str(caught.value)
 
 
+def test_too_many_points_or_pixels_are_refused(monkeypatch, tmp_path):
+    with pytest.raises(ss.LimitError, match=r"size = \(48, 32\): 1536 pixels, the limit is max_pixels=99"):
+        ss.render(ball(), size=SIZE, max_pixels=99, out=tmp_path / "a.npy")
+    monkeypatch.setattr(clouds, "MAX_POINTS", 99)
+    with pytest.raises(ss.LimitError, match="200 points: at most 99 can be numbered"):
+        ss.render(ss.Scene([ball(100), ball(100)]), size=SIZE)
+
+
 def test_options_of_clouds_are_refused_for_other_scenes():
     mesh = ss.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     for options in ({"point_size": 2}, {"point_shape": "disc"}, {"color_by": "rgb"}, {"eye_dome": False}):
