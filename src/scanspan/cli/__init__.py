@@ -154,20 +154,14 @@ def render(
     from scanspan.view import parts
     from scanspan.view import shot as words
 
-    vector = words.parse_vector
-    shot = words.Shot(
-        words.parse_direction(direction), vector("--camera-position", position), vector("--camera-focal-point", focal_point),
-        vector("--camera-view-up", view_up, is_direction=True), view_angle, zoom, azimuth, elevation, orthographic,
+    shot = words.parse_shot(
+        direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic
     )  # fmt: skip
     names = words.parse_views(views)
     if names and (direction or position or focal_point):
         raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
     if no_background and background_color is not None:
         raise InputError("--no-background and --background-color do not go together")
-    if not 0.0 < zoom < float("inf"):
-        raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
-    if not 0.0 < view_angle < 180.0:
-        raise InputError(f"--camera-view-angle = {view_angle}: expected degrees between 0 and 180")
     look = {
         "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
         "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,

@@ -106,6 +106,26 @@ def parse_direction(text: str | None) -> Any:
     return 0.0 - vector
 
 
+def parse_shot(
+    direction: str | None, position: str | None, focal_point: str | None, view_up: str | None, view_angle: float, zoom: float,
+    azimuth: float, elevation: float, is_orthographic: bool,
+) -> Shot:  # fmt: skip
+    """Return the shot that the options of a command line ask for.
+
+    >>> parse_shot("front", None, None, None, 30.0, 1.0, 0.0, 0.0, False).direction
+    'front'
+    """
+    if not 0.0 < zoom < float("inf"):
+        raise InputError(f"--camera-zoom-factor = {zoom}: expected a number above 0")
+    if not 0.0 < view_angle < 180.0:
+        raise InputError(f"--camera-view-angle = {view_angle}: expected degrees between 0 and 180")
+    return Shot(
+        parse_direction(direction), parse_vector("--camera-position", position),
+        parse_vector("--camera-focal-point", focal_point), parse_vector("--camera-view-up", view_up, is_direction=True),
+        view_angle, zoom, azimuth, elevation, is_orthographic,
+    )  # fmt: skip
+
+
 def parse_views(text: str | None) -> list[str]:
     """Return the names of directions from "iso,front,top".
 
