@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks import exact, plane_scenes, registry, report
+from benchmarks import cloud_build, exact, plane_scenes, registry, report
 from benchmarks.__main__ import END_MARK, MARK, put_between
 from benchmarks.entry import MissingError, load
 from scipy import ndimage
@@ -185,3 +185,16 @@ def test_the_short_table_has_the_fastest_opponent_that_is_right(tmp_path: Path) 
 def test_the_page_has_the_marks_for_the_table(repository: Path) -> None:
     text = (repository / "README.md").read_text(encoding="utf-8")
     assert text.count(MARK) == text.count(END_MARK) == 1
+
+
+def test_the_cloud_of_the_builds_comes_in_pieces(tmp_path: Path) -> None:
+    pieces = list(cloud_build.pieces(600_000, ("color", "normals")))
+    assert [len(piece["integers"]) for piece in pieces] == [cloud_build.PIECE, 600_000 - cloud_build.PIECE]
+    assert all(piece[name].shape == piece["integers"].shape for piece in pieces for name in ("color", "normals"))
+    assert abs(np.linalg.norm(pieces[0]["normals"], axis=1) - 1).max() < 1e-6
+    measured = cloud_build.build(20_000, tmp_path / "cloud.scansplat", "512MB", ("color",), "given")
+    assert measured["bytes a point"] < 9
+    assert set(cloud_build.read(tmp_path / "cloud.scansplat", 5000)) == {
+        "M splats/s from the file, CPU",
+        "M splats/s from pages, CPU",
+    }
