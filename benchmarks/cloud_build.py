@@ -116,14 +116,17 @@ def read(path: Path, splats: int) -> dict[str, float]:
     tree = read_tree(path, cache=1 << 30)
     leaves = np.flatnonzero(tree.is_leaf)[: splats // 150]
     out = tree.room(int(tree.nodes["count"][leaves].sum()))
-    tree.read_many(leaves[:1], out)
+    # Load the kernels, and touch the memory that is read to.
+    tree.read_many(leaves[-1:], out)
+    for array in out:
+        array.fill(1)
     times = []
     for _ in range(6):
-        start = time.perf_counter()
+        start = time.thread_time()
         tree.read_many(leaves, out)
-        times.append(time.perf_counter() - start)
+        times.append(time.thread_time() - start)
     total = len(out.radius)
-    return {"M splats/s from the file": total / times[0] / 1e6, "M splats/s from pages": total / min(times[1:]) / 1e6}
+    return {"M splats/s from the file, CPU": total / times[0] / 1e6, "M splats/s from pages, CPU": total / min(times[1:]) / 1e6}
 
 
 def main() -> None:
@@ -151,7 +154,7 @@ def main() -> None:
         if ended.returncode:
             sys.exit(ended.stderr)
         for name, value in {**json.loads(ended.stdout), **read(path, 10_000_000)}.items():
-            print(f"{name:28}{value:14,.2f}")
+            print(f"{name:30}{value:16,.2f}")
 
 
 if __name__ == "__main__":

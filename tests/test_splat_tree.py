@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -312,6 +315,26 @@ def test_a_tree_in_memory_is_that_of_the_file(tmp_path: Path) -> None:
     for a, b in zip(kept.read_many(nodes).splats, stored.read_many(nodes).splats):
         assert np.array_equal(a, b)
     assert repr(kept) == repr(stored) == f"SplatTree(5,000 points, {len(kept.nodes)} nodes, {kept.level_count} levels)"
+
+
+PLAIN = """
+import sys
+from pathlib import Path
+from scanspan.assets.splats.build import build_tree
+from tests.splatting import ball, hard
+folder = Path(sys.argv[1])
+build_tree(ball(700), folder / "ball")
+build_tree(hard(100), folder / "hard", normals="estimate")
+"""
+
+
+def test_the_bytes_are_the_same_in_plain_python(tmp_path: Path) -> None:
+    for name, changed in [("compiled", {}), ("plain", {"NUMBA_DISABLE_JIT": "1"})]:
+        (tmp_path / name).mkdir()
+        command = [sys.executable, "-W", "error", "-c", PLAIN, str(tmp_path / name)]
+        subprocess.run(command, cwd=Path(__file__).parent.parent, env={**os.environ, **changed}, check=True)
+    for file in ("ball", "hard"):
+        assert (tmp_path / "compiled" / file).read_bytes() == (tmp_path / "plain" / file).read_bytes()
 
 
 # Reading

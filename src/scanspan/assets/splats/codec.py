@@ -6,8 +6,9 @@ as decoded, and errors cannot add up. A radius is a share of the largest of the 
 was added, so that decoded balls hold the true ones. A normal is a place on an octahedron, 7 bits a side, with two bits for its
 cone.
 
-The step is 1/65 of the mean radius of the splats that stand for those of the block, but at least one step of the lattice: its
-half, the largest error along an axis, is a tenth of the 1/13 of the parent's radius that the classic format rounds to.
+The step is a hundredth of the mean radius of the splats that stand for those of the block, or that of the lattice if larger.
+The classic format rounds to thirteenths of the parent's radius, outwards; its mean error is ten times as large as that of this
+step, measured on scans, and so is the largest (docs/decisions/0017-trees-of-splats.md).
 
 Source: S. Rusinkiewicz and M. Levoy, QSplat (2000); Q. Meyer et al., On floating-point normal vectors (2010), for octahedra.
 """
@@ -36,7 +37,7 @@ from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Array, Float64Array, Int64Array, Integer, UInt8Array
 
 BLOCK = 256  # splats at most
-STEPS_IN_RADIUS = 65.0  # of the mean parent
+STEPS_IN_RADIUS = 100.0  # of the mean parent
 LARGEST = 65535  # steps along an axis of a block
 RADIUS_LEVELS = 15  # shares of the largest radius that are told apart; a code is a multiple of 255 / 15
 RADIUS_UNIT = 17

@@ -31,7 +31,7 @@ _KEPT = [
     ("count", "u1"),  # splats less one
 ]
 
-BLOCK = np.dtype([*_KEPT, ("child", "<u4", codec.BLOCK // 32)])
+BLOCK = np.dtype([*_KEPT, ("child", "<u4", 8)])
 """A block while a tree is built, with the numbers of its children among the blocks."""
 
 STORED = np.dtype(_KEPT)
@@ -57,8 +57,6 @@ NODE = np.dtype(
     ]
 )
 """The table of nodes: the root first, then level by level; lengths in units of the world."""
-
-MOST_LEVELS = 255
 
 
 def block_rows(whole: Int64Array, real: Float64Array, page: Int64Array, start: Int64Array) -> Table:

@@ -20,7 +20,6 @@ from scanspan.records import Array, Int64Array, Integer
 
 AXIS_BITS = 21  # of a code, an axis
 CODE_BITS = 3 * AXIS_BITS
-LATTICE_BITS = 2 * AXIS_BITS  # of a coordinate: those of the code and of the one below
 DIGIT_BITS = 11
 DIGITS = 1 << DIGIT_BITS
 LONG_RUN = 32  # points of one code that are sorted by insertion

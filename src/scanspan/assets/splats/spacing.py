@@ -118,10 +118,11 @@ def least_axis(moments: Float64Array, normals: Array, i: Integer) -> None:
     """Write the direction of the smallest spread: by rotations that clear one product after the other (Jacobi)."""
     v = np.eye(3)
     a = moments
+    tiny = 1e-30 * (a[0, 0] + a[1, 1] + a[2, 2])
     for _ in range(6):
         for p in range(2):
             for q in range(p + 1, 3):
-                if a[p, q] == 0.0:
+                if not abs(a[p, q]) > tiny:
                     continue
                 theta = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
                 t = (1.0 if theta >= 0.0 else -1.0) / (abs(theta) + math.sqrt(theta * theta + 1.0))
