@@ -107,6 +107,7 @@ def test_sizes_are_pixels_the_clouds_own_or_follow_the_spacing():
     assert covered(point_size=1) == covered(point_size=0.25) == 1
     assert covered(point_size=3, point_shape="square") == 9
     assert covered(point_size=5) == 21
+    assert covered(point_size=4096) == SIZE[0] * SIZE[1]
     assert covered(own=5) == 21
     assert covered(own=5, point_size=1) == 1
 
@@ -125,6 +126,15 @@ def test_a_surface_is_closed_however_its_points_lie_apart_from_any_direction():
     for direction in ((0, 0, 1), (1, 1, 2), (0.3, -1, 1)):
         frame = ss.render(ss.Scene(cloud, up="+Z"), ss.Camera.frame(ss.Scene(cloud, up="+Z"), direction, zoom=3), (160, 120))
         assert frame.coverage > 0.97
+
+
+def test_splats_near_the_eye_do_not_fill_the_picture():
+    size, near = (600, 600), ss.PointCloud([(0, 0, -0.1), (0, 0, -500), (400, 0, -500)])
+    camera = ss.Camera.look_at((0, 0, 0), (0, 0, -1), near=0.01)
+    for shape in ("disc", "gaussian"):
+        frame = ss.render(near, camera, size, samples=1, point_shape=shape, point_size="spacing")
+        wide = np.flatnonzero((frame.primitive == 0).any(axis=0))
+        assert 254 <= wide[-1] - wide[0] <= 257
 
 
 def test_spacing_follows_density_and_is_found_once():
@@ -367,6 +377,14 @@ def test_options_that_cannot_be_used_are_quoted(options, message):
     with pytest.raises(ss.InputError) as caught:
         ss.render(ball(), size=SIZE, **options)
     assert message in str(caught.value)
+
+
+def test_too_many_points_or_pixels_are_refused(monkeypatch, tmp_path):
+    with pytest.raises(ss.LimitError, match=r"size = \(48, 32\): 1536 pixels, the limit is max_pixels=99"):
+        ss.render(ball(), size=SIZE, max_pixels=99, out=tmp_path / "a.npy")
+    monkeypatch.setattr(clouds, "MAX_POINTS", 99)
+    with pytest.raises(ss.LimitError, match="200 points: at most 99 can be numbered"):
+        ss.render(ss.Scene([ball(100), ball(100)]), size=SIZE)
 
 
 def test_options_of_clouds_are_refused_for_other_scenes():

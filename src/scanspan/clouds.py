@@ -34,7 +34,8 @@ from scanspan.target.resolve import resolve
 SHAPES = ("square", "disc", "gaussian")
 SIZES = ("density", "spacing")
 COVER = 1.1  # radius of a splat, in distances between points: what closes a surface of points that lie as they fall
-MOST_PIXELS = 4096.0
+MOST_PIXELS = 4096.0  # of a size that is asked for
+WIDEST = 128.0  # pixels, the largest radius of splats that follow the spacing: near the eye, few would fill the picture
 CHUNK = 1 << 18  # points that are coloured at once
 MAX_POINTS = 1 << 32  # that can be numbered
 
@@ -60,6 +61,7 @@ class Part(NamedTuple):
     steps: Float64Array
     radii: Float64Array | None
     shares: Float32Array | None
+    most: float  # pixels, the largest radius
 
 
 def is_cloud_scene(scene: Scene) -> bool:
@@ -139,13 +141,14 @@ def make_part(scene: Scene, k: int, camera: Camera, size: tuple[int, int], look:
     if isinstance(chosen, float):
         is_point = chosen <= 1.0 and look.shape != "gaussian"
         radii = None if is_point else np.tile([chosen / 2.0, 0.0], (len(blocks), 1))
-        return Part(instance, cloud.stored, blocks, origins, steps, radii, None)
+        return Part(instance, cloud.stored, blocks, origins, steps, radii, None, chosen / 2.0)
 
     # Let a splat reach over the gap to its neighbours, as large as that is on the screen.
     spacing = find_spacing(cloud)
     reach = COVER * spacing.typical * stretch(instance.transform) * pixels_per_unit(camera, size)
     radii = np.tile([0.0, reach], (len(blocks), 1))
-    return Part(instance, cloud.stored, blocks, origins, steps, radii, spacing.share if chosen == "density" else None)
+    shares = spacing.share if chosen == "density" else None
+    return Part(instance, cloud.stored, blocks, origins, steps, radii, shares, WIDEST)
 
 
 def choose_reach(parts: list[Part], scene: Scene, camera: Camera, size: tuple[int, int]) -> int:
@@ -178,7 +181,8 @@ def draw_parts(
         matrix = pixel_matrix(compose(to_clip, part.instance.transform), size, offset)
         draw_splats(
             keys, size, part.positions, part.blocks, part.origins, part.steps, matrix[None], radii=part.radii,
-            shares=part.shares, shape="square" if look.shape == "square" else "disc", has_far=camera.has_far, threads=threads,
+            shares=part.shares, shape="square" if look.shape == "square" else "disc", most=part.most,
+            has_far=camera.has_far, threads=threads,
         )  # fmt: skip
     return keys
 
@@ -227,7 +231,7 @@ def add_blended_sample(
         assert part.radii is not None
         blend_splats(
             keys, size, part.positions, part.blocks, part.origins, part.steps, matrix[None], own, towards, radii=part.radii,
-            shares=part.shares, has_far=camera.has_far, threads=threads, sums=blended,
+            shares=part.shares, most=part.most, has_far=camera.has_far, threads=threads, sums=blended,
         )  # fmt: skip
     add_blended(blended, find_shade(camera, keys, size, look, threads).reshape(-1), sums)
 

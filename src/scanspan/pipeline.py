@@ -212,6 +212,7 @@ def render(
     sky = parse_up(scene.up if up is None else up)
     camera = as_camera(camera, scene, up, options.size)
     if is_cloud_scene(scene):
+        check_pixels(size, max_pixels)  # rows that go to a file are made all at once
         frame = render_clouds(
             scene, camera, options.size, points, offsets=offsets / (1 << bits), background=behind, blend=blend, up=sky,
             threads=options.threads,

@@ -82,6 +82,7 @@ def warm(every: options.Every = False, verbose: options.Verbose = False) -> None
         draw_scene()
         if every:
             reporter.stage("compiling what paints on a canvas")
+            draw_clouds()
             draw_canvases()
     kept = describe_kernels(elsewhere)
     write_out(f"{kept['kernels']} kernels ready, {kept['compiled']} of them compiled now, in {kept['folder']}\n")
@@ -109,6 +110,7 @@ def serve() -> None:
     if isinstance(work, bool):
         draw_scene()
         if work:
+            draw_clouds()
             draw_canvases()
     else:
         from scanspan.cli import read_scene, render_view
@@ -178,6 +180,19 @@ def run_kernels(reporter: Reporter, every: bool) -> None:
             for coverage in ("touched", "inside") if every and algorithm in PIXEL_KERNELS else ():
                 seen = ss.rasterize(clip, box.triangles, (8, 8), coverage=coverage, **way)  # type: ignore[arg-type]
                 dict(seen.counters)
+
+
+def draw_clouds() -> None:
+    """Draw small clouds, of whole numbers as surveys have them and of floats."""
+    import numpy as np
+
+    import scanspan as ss
+
+    places = np.random.default_rng(0).integers(0, 99, (64, 3))
+    few = [ss.PointCloud(integers=places), *(ss.PointCloud(places.astype(kind)) for kind in (np.float32, np.float64))]
+    for cloud, shape in ((cloud, shape) for cloud in few for shape in ("disc", "gaussian")):
+        ss.render(cloud, size=(24, 16), point_shape=shape, samples=1)
+        ss.render(cloud, size=(24, 16), point_size=1, samples=1)
 
 
 def draw_canvases() -> None:

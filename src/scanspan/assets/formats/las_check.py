@@ -9,6 +9,7 @@ Source: the ASPRS LAS specification 1.4, revision 15, section 2.4; M. Isenburg, 
 
 from __future__ import annotations
 
+import itertools
 import math
 import struct
 from typing import Any, BinaryIO, NamedTuple
@@ -70,13 +71,13 @@ def _check_placement(placement: tuple[float, ...], path: str) -> None:
             raise FormatError(path, f"the {name} of coordinates is {values}")
 
 
-def check_chunk_table(stream: BinaryIO, record: bytes, head: Head, size: int, path: str, lazrs: Any) -> None:
-    """Raise unless the table of packed chunks agrees with the header and with the size of the file."""
+def check_chunk_table(stream: BinaryIO, record: bytes, head: Head, size: int, path: str, lazrs: Any) -> tuple[int, ...]:
+    """Return the first point of each packed chunk; raise unless their table agrees with the header and the file's size."""
     item_bytes = int(lazrs.LazVlr(record).item_size())
     if item_bytes != head.point_bytes:
         raise FormatError(path, f"packed points have {item_bytes} bytes, the header says {head.point_bytes}")
     if not head.points:
-        return
+        return ()
     table = _number(stream, head.start, size, path)
     if table == -1:
         table = _number(stream, size - 8, size, path)
@@ -95,6 +96,7 @@ def check_chunk_table(stream: BinaryIO, record: bytes, head: Head, size: int, pa
     if taken != room or points < head.points or min(taken for _, taken in chunks) < item_bytes:
         held = f"{points} points in {taken} bytes, expected {head.points} in {room}"
         raise FormatError(path, f"the table of packed chunks has {held}", f"byte {table}")
+    return tuple(itertools.accumulate((points for points, _ in chunks[:-1]), initial=0))
 
 
 def _number(stream: BinaryIO, place: int, size: int, path: str) -> int:

@@ -36,12 +36,13 @@ PLACES = 16
 
 @dataclass(frozen=True)
 class Opened:
-    """What is known before points are read: how to open the file anew, the checked header, and the shift of colours."""
+    """What is known before points are read: how to open the file anew, the checked header, and where packed chunks begin."""
 
     open: Callable[[], BinaryIO]
     path: str
     header: Any
     crs: str
+    starts: tuple[int, ...]
 
 
 class DeepColorsError(Exception):
@@ -87,11 +88,12 @@ def open_las(open_file: Callable[[], BinaryIO], path: str, size: int) -> Opened:
             header = laspy.LasHeader.read_from(stream)
         if header.point_count != head.points:
             raise FormatError(path, f"the header says {header.point_count} points and {head.points}")
+        starts: tuple[int, ...] = ()
         if head.is_packed:
             with telling(path):
                 record = header.vlrs[header.vlrs.index("LasZipVlr")].record_data
-                check_chunk_table(stream, record, head, size, path, lazrs)
-    return Opened(open_file, path, header, crs_of(header))
+                starts = check_chunk_table(stream, record, head, size, path, lazrs)
+    return Opened(open_file, path, header, crs_of(header), starts)
 
 
 def _import_readers(path: str) -> tuple[Any, Any]:
@@ -135,7 +137,7 @@ def chunks_of(opened: Opened, chunk: int, notes: list[str], shift: int) -> Cloud
 
 
 def records_of(opened: Opened, chunk: int, first: int = 0, count: int | None = None) -> Iterator[Any]:
-    """Give the records of a file as laspy has them, so many at a time."""
+    """Give the records of a file as laspy has them, so many at a time; of a few alone no whole chunk is unpacked."""
     laspy, _ = _import_readers(opened.path)
     wanted = laspy.DecompressionSelection
     fields = wanted.XY_RETURNS_CHANNEL | wanted.Z | wanted.INTENSITY | wanted.CLASSIFICATION | wanted.RGB
@@ -144,7 +146,10 @@ def records_of(opened: Opened, chunk: int, first: int = 0, count: int | None = N
         return
     with opened.open() as stream:
         with telling(opened.path):
-            reader = laspy.LasReader(stream, closefd=False, read_evlrs=False, decompression_selection=fields)
+            backend = None if count is None else laspy.LazBackend.Lazrs
+            reader = laspy.LasReader(
+                stream, closefd=False, laz_backend=backend, read_evlrs=False, decompression_selection=fields
+            )
             if first:
                 reader.seek(first)
         while left > 0:
@@ -160,8 +165,12 @@ def looks_shallow(opened: Opened, places: int) -> bool:
     """Say whether no colour is above 255, as far as can be seen from some places spread over the file."""
     if "red" not in opened.header.point_format.dimension_names:
         return True
+    # Packed points can be read from the beginning of a chunk only.
     count, share = opened.header.point_count, 65536 // places
-    for first in np.unique(np.linspace(0, max(count - share, 0), places).astype(np.int64)).tolist():
+    spread = np.unique(np.linspace(0, max(count - share, 0), places).astype(np.int64))
+    if opened.starts:
+        spread = np.unique(np.array(opened.starts)[np.linspace(0, len(opened.starts) - 1, places).astype(np.int64)])
+    for first in spread.tolist():
         for record in records_of(opened, share, first, min(share, count - first)):
             if max(int(record[name].max()) for name in ("red", "green", "blue")) > 255:
                 return False
