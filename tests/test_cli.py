@@ -276,7 +276,7 @@ BAD = {
     "render model.obj --max-triangles 0": "--max-triangles = 0: expected a whole number above 0",
     "render model.obj --max-pixels 9": "size = (1280, 960): 1228800 pixels, the limit is --max-pixels=9",
     "render model.obj --nonfinite keep": "unknown value of nonfinite 'keep'; the valid ones are: error, drop",
-    "render model.obj --file-type xyz": "unknown file type 'xyz'; the valid ones are: ",
+    "render model.obj --file-type max": "unknown file type 'max'; the valid ones are: ",
     "render model.obj --up Q": "--up: unknown axis 'Q'; the valid ones are: +X, -X, +Y, -Y, +Z, -Z",
     "render model.obj --camera-direction frnt": "--camera-direction: unknown direction 'frnt'; did you mean 'front'? ",
     "render model.obj --camera-direction 0,0,0": "--camera-direction = '0,0,0': expected a direction, not 0,0,0",

@@ -246,7 +246,7 @@ def test_no_damage_is_more_than_one_line(tmp_path: Path, packed: bool) -> None:
     good, rng = saved(7, packed, 300), np.random.default_rng(8)
     start = struct.unpack_from("<I", good, 96)[0]
     name, refused = "a.laz" if packed else "a.las", 0
-    for turn in range(250):
+    for turn in range(150):
         copy = bytearray(good)
         place = int(rng.integers(0, start + 16)) if turn % 3 else int(rng.integers(0, len(good)))
         if turn % 5 == 1:
@@ -258,4 +258,4 @@ def test_no_damage_is_more_than_one_line(tmp_path: Path, packed: bool) -> None:
         said = refusal(write(tmp_path, bytes(copy), name))
         assert "\n" not in said
         refused += bool(said)
-    assert refused > 40
+    assert refused > 20

@@ -328,7 +328,7 @@ def test_no_damage_is_more_than_one_line(tmp_path: Path, name: str) -> None:
     np.save(stream, np.arange(60.0).reshape(10, 6))
     contents = {"a.xyz": b"x y z i\n" + b"1.5 -2e3 3 4\n" * 9, "a.npy": stream.getvalue(), "a.ply": ply("binary_little_endian")}
     rng, good, refused = np.random.default_rng(3), contents[name], 0
-    for turn in range(150):
+    for turn in range(90):
         copy = bytearray(good)
         place = int(rng.integers(0, len(good)))
         if turn % 5:
@@ -339,7 +339,7 @@ def test_no_damage_is_more_than_one_line(tmp_path: Path, name: str) -> None:
             said = refusal(attempt, write(tmp_path, name, bytes(copy)))
             assert "\n" not in said
             refused += bool(said)
-    assert refused > 30
+    assert refused > 15
 
 
 def refusal(attempt: Any, path: Path) -> str:
