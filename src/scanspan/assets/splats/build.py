@@ -82,6 +82,7 @@ def build_tree(
 
     Examples
     --------
+    >>> import numpy as np
     >>> build_tree(np.random.default_rng(1).random((1000, 3)))
     SplatTree(1,000 points, ...)
     """
