@@ -21,7 +21,7 @@ from scanspan.assets.splats.tree import SplatTree
 from scanspan.errors import InputError, unknown_name
 
 NORMALS = ("given", "none", "estimate")
-POINT_BYTES = 170  # of memory that a point takes while its cell is built
+POINT_BYTES = 190  # of memory that a point takes while its cell is built
 BASE_BYTES = 190 << 20  # that Python and the compiled code take
 LEAST_MEMORY = 256 << 20
 

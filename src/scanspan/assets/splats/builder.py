@@ -90,7 +90,9 @@ class Builder:
         self.estimate = estimate
         self.has_color = "color" in names
         self.has_normals = "normals" in names or estimate
-        self.frame = Frame(lattice.scale, lattice.error, LIGHT_OF_CODES, BORDERS, exact, not estimate)
+        # Arrays of our own, so that the kernels are compiled for one kind of them.
+        scale, light = lattice.scale.copy(), LIGHT_OF_CODES.copy()
+        self.frame = Frame(scale, lattice.error, light, BORDERS.copy(), exact, not estimate)
         self.growth = make_growth()
         self.target = target
         self.cells = 0
@@ -106,7 +108,7 @@ class Builder:
 
         columns = {name: take_rows(values, order) for name, values in cell.rows.columns.items()}
         if "radius" in columns:
-            radius = columns["radius"][:, 0]
+            radius = columns["radius"][:, 0].astype(np.float64)
         else:
             radius = np.empty(count)
             leaf_radii(lattice, self.frame.scale, starts, leaves, radius)

@@ -105,7 +105,7 @@ class FilePages:
         self._kept: OrderedDict[int, Splats] = OrderedDict()
         self._size = 0
         self._lock = threading.Lock()
-        self._decompressors = threading.local()
+        self._tools = threading.local()
 
     def page(self, number: int) -> Splats:
         """Return a page, decoded.
@@ -137,11 +137,15 @@ class FilePages:
         content = self._content[first:last]
         if checksum(content) != row["crc"]:
             raise FormatError(self.path, "the checksum does not fit; the file was damaged", where)
-        if not hasattr(self._decompressors, "value"):
-            self._decompressors.value = zstandard().ZstdDecompressor()
         has_color, has_normals = bool(self._flags & HAS_COLOR), bool(self._flags & HAS_NORMALS)
-        planes = np.empty((plane_count(has_color, has_normals), count), np.uint8)
-        problem = unpack_bytes(content, planes, self._decompressors.value)
+        height = plane_count(has_color, has_normals)
+
+        # Each thread keeps room for the planes of a page, because memory that is new is slow.
+        if not hasattr(self._tools, "decompressor"):
+            self._tools.decompressor = zstandard().ZstdDecompressor()
+            self._tools.room = np.empty(height * PAGE, np.uint8)
+        planes = self._tools.room[: height * count].reshape(height, count)
+        problem = unpack_bytes(memoryview(content), planes, self._tools.decompressor)
         if problem:
             raise FormatError(self.path, problem, where)
         splats = make_splats(count, has_color, has_normals)

@@ -62,7 +62,7 @@ class SortedPoints(NamedTuple):
     """N points in Morton order."""
 
     lattice: Int64Array  # (N, 3)
-    radius: Array  # (N,) float32, in the world
+    radius: Float64Array  # (N,) in the world
     color: Array  # (N, 3) uint8 sRGB, or (0, 3)
     normal: Array  # (N, 3) float32, or (0, 3)
 
@@ -257,14 +257,14 @@ def add_leaves(
     for leaf in range(leaves):
         # Join what is complete now, before the leaf comes.
         level = starts[leaf, 1]
-        while counts[LIST_COUNT] >= 2 and lists[counts[LIST_COUNT] - 1, 2] < level:
+        while counts[LIST_COUNT] >= 2 and lists[counts[LIST_COUNT] - 1, 2] <= level:
             join_lists(frame, room, growth)
 
         first, last = starts[leaf, 0], starts[leaf + 1, 0]
         load_leaf(points, codes, rests, first, last, frame, room, growth)
         number, top = counts[BLOCKS_MADE], counts[LIST_COUNT]
         lists[top, 0], lists[top, 1], lists[top, 2] = counts[ENTRY_COUNT], counts[SPLAT_COUNT], level
-        groups = close_block(last - first, 0, frame, room, growth, counts[SPLAT_COUNT])
+        groups = close_block(last - first, np.int64(0), frame, room, growth, counts[SPLAT_COUNT])
         entries[counts[ENTRY_COUNT], 0], entries[counts[ENTRY_COUNT], 1] = counts[BLOCKS_BEFORE] + number, 0
         counts[LIST_COUNT] += 1
         counts[ENTRY_COUNT] += 1
@@ -278,5 +278,6 @@ def finish_growth(frame: Frame, room: Room, growth: Growth) -> None:
     while counts[LIST_COUNT] >= 2:
         join_lists(frame, room, growth)
     if counts[LIST_COUNT] == 1:
-        close_list(0, counts[ENTRY_COUNT], 0, counts[SPLAT_COUNT], frame, room, growth)
+        start = np.int64(0)
+        close_list(start, counts[ENTRY_COUNT], start, counts[SPLAT_COUNT], frame, room, growth)
         counts[ENTRY_COUNT] = 1

@@ -167,12 +167,14 @@ class FileTarget(Target):
         """Write the tables and the footer, and return the tree as it is read from the file."""
         self._hand_on(is_last=True)
         self.rows_file.flush()
-        stored = stored_nodes(np.fromfile(self.rows_path, BLOCK, self.row_count))
         pages = np.zeros(self.next_page, PAGE_ROW)
         table = np.array(self.table, np.int64).reshape(-1, 6)
         for column, name in enumerate(PAGE_ROW.names or ()):
             pages[name][table[:, 0]] = table[:, 1 + column]
-        self.file.write(pack_end(pages, stored, point_count, self.size))
+        # Nothing of these tables is kept, because the tree that is read next needs their room.
+        nodes = np.fromfile(self.rows_path, BLOCK, self.row_count)
+        self.file.write(pack_end(pages, stored_nodes(nodes), point_count, self.size))
+        del nodes
         self.close()
         return read_tree(self.path)
 
