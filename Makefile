@@ -48,6 +48,7 @@ verify: .venv/.dev
 
 bench: .venv/.bench
 	@$(RUN) -m benchmarks --seconds 1 -o docs/benchmarks.md --readme README.md
+	@$(RUN) -m benchmarks.splats
 
 lint: .venv/.dev
 	@.venv/bin/python -m ruff check .

@@ -36,7 +36,7 @@ TARGETS, AIMS = (24, 32, 75, 650), (8, 14, 35, 300)  # ms
 POINTS = COUNTS[-1]
 PIECE = 1 << 20  # points generated at once
 SIZE = (1920, 1080)
-CAMERA = ss.Camera.look_at((2.4, -2.0, 1.3), (0, 0, 0), up=(0, 0, 1), fov=38)
+CAMERA = ss.Camera.look_at((2.4, -2.0, 1.3), (0, 0, 0), up=(0, 0, 1), fov=45)
 START, END = "<!-- figures -->", "<!-- end of figures -->"
 
 

@@ -154,6 +154,30 @@ def test_what_is_kept_changes_nothing(tmp_path: Path) -> None:
     assert roomy._state.cache.splats.radius.size <= built.splat_count
 
 
+def test_what_was_not_read_yet_comes_page_by_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scanspan import splat
+
+    monkeypatch.setattr(splat, "FEW_PAGES", 4)
+    ss.splat.build({"positions": PLACES, "normals": DIRECTIONS}, tmp_path / "ball.scansplat")
+    tree = ss.splat.open(tmp_path / "ball.scansplat")
+    frames = list(tree.refine("iso", SIZE))
+    last = tree.render("iso", SIZE)
+    assert np.array_equal(frames[-1].color, last.color)
+    read = [frame.bytes_read for frame in frames]
+    assert 0 < read[0] < read[1] < read[2] == read[3]
+    assert read[0] < read[3] / 5
+    assert last.bytes_read == 0
+    differences = [float(np.abs(frame.color.astype(np.int64) - last.color).mean()) for frame in frames]
+    assert differences == sorted(differences, reverse=True)
+    for before, after in pairwise(frames):
+        assert not (covered(before) & ~covered(after)).any()
+        assert before.error >= after.error
+    assert frames[0].error == np.inf > frames[2].error
+
+    # Now that all is there, it comes in passes.
+    assert [frame.bytes_read for frame in tree.refine("iso", SIZE)] == [0, 0, 0, 0]
+
+
 def test_a_surface_has_no_holes() -> None:
     from scipy import ndimage
 

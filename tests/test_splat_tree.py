@@ -95,17 +95,45 @@ def rows_of(levels: list[int]) -> Array:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_groups_are_never_more_than_half(seed: int) -> None:
+@pytest.mark.parametrize("apart", [0.0, 1.0, 100.0])
+def test_groups_are_never_more_than_half_and_a_few(seed: int, apart: float) -> None:
     rng = np.random.default_rng(seed)
     count = int(rng.integers(1, 257))
     levels = rng.integers(0, int(rng.integers(1, 60)), count) if seed % 2 else np.arange(count)[:: -1 if seed % 4 else 1]
     starts, ends = np.zeros(258, np.int64), np.zeros(258, np.int64)
-    groups = merge.group_splats(rows_of(levels.tolist()), count, starts, ends)
+    splats = rows_of(levels.tolist())
+    splats[:, merge.X], splats[:, merge.RADIUS] = np.cumsum(rng.random(count) ** 8) * apart, 1.0
+    groups = merge.group_splats(splats, count, np.ones(3), starts, ends)
     sizes = np.diff(starts[: groups + 1])
     assert starts[0] == 0
     assert starts[groups] == count
     assert 1 <= sizes.min() <= sizes.max() <= merge.FULL_GROUP + 1
-    assert groups == 1 or sizes.min() >= 2
+    assert groups <= max(1, count // 2 + (merge.SPARE if count <= merge.FEW else 0))
+
+
+def test_a_group_does_not_span_a_gap() -> None:
+    splats = rows_of([1, 1, 1, 9, 1, 1, 1, 1])
+    splats[:, merge.X], splats[:, merge.RADIUS] = [0, 1, 2, 3, 500, 501, 502, 503], 1.0
+    starts, ends = np.zeros(258, np.int64), np.zeros(258, np.int64)
+    assert merge.group_splats(splats, 8, np.ones(3), starts, ends) == 2
+    assert starts[:3].tolist() == [0, 4, 8]
+    assert merge.group_splats(splats, 5, np.ones(3), starts, ends) == 2
+    assert starts[:3].tolist() == [0, 4, 5]
+
+
+@pytest.mark.parametrize("shape", ["powers", "pairs", "far apart", "one far"])
+def test_points_that_lie_oddly_make_a_tree(shape: str) -> None:
+    rng = np.random.default_rng(2)
+    places = {
+        "powers": np.exp2(rng.integers(-20, 20, (3000, 3)).astype(np.float64)),
+        "pairs": np.repeat(rng.integers(0, 1 << 30, (1500, 3)).astype(np.float64), 2, axis=0) + rng.random((3000, 3)) * 1e-3,
+        "far apart": np.repeat(rng.integers(0, 1 << 30, (300, 3)).astype(np.float64), 10, axis=0),
+        "one far": np.concatenate([rng.random((2999, 3)), [[1e9, 0, 0]]]),
+    }[shape]
+    tree = build_tree(places)
+    assert tree.point_count == 3000
+    assert tree.splat_count <= 2 * 3000 + 2 * merge.SPARE * len(tree.nodes)
+    assert tree.nodes["count"].max() <= 256
 
 
 def test_normals_are_within_two_degrees() -> None:

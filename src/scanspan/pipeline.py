@@ -84,35 +84,14 @@ def render(
 
 
 def render(
-    scene: Scene | Instance | Geometry,
-    camera: Camera | str | None = None,
-    size: tuple[int, int] = (1280, 960),
-    *,
-    algorithm: str = "half-space",
-    order: str = "rows",
-    samples: int = 4,
-    cull: str = "none",
-    background: Any = None,
-    shading: str = "auto",
-    crease_angle: float = 40.0,
-    two_sided: bool = True,
-    textures: bool = True,
-    translucency: bool = True,
-    lights: str = "auto",
-    edges: bool = False,
-    line_width: float = 1.0,
-    edge_color: Any = (0.08, 0.09, 0.11),
-    point_size: float | str | None = None,
-    point_shape: str | None = None,
-    color_by: str | None = None,
-    eye_dome: bool | float | None = None,
-    up: str | None = None,
-    blend: str = "linear",
-    subpixel_bits: int = 8,
-    threads: int | None = None,
-    max_pixels: int = MAX_PIXELS,
-    out: str | PathLike[str] | None = None,
-) -> Frame | Path:
+    scene: Scene | Instance | Geometry, camera: Camera | str | None = None, size: tuple[int, int] = (1280, 960), *,
+    algorithm: str = "half-space", order: str = "rows", samples: int = 4, cull: str = "none", background: Any = None,
+    shading: str = "auto", crease_angle: float = 40.0, two_sided: bool = True, textures: bool = True, translucency: bool = True,
+    lights: str = "auto", edges: bool = False, line_width: float = 1.0, edge_color: Any = (0.08, 0.09, 0.11),
+    point_size: float | str | None = None, point_shape: str | None = None, color_by: str | None = None,
+    eye_dome: bool | float | None = None, up: str | None = None, blend: str = "linear", subpixel_bits: int = 8,
+    threads: int | None = None, max_pixels: int = MAX_PIXELS, out: str | PathLike[str] | None = None,
+) -> Frame | Path:  # fmt: skip
     """Render a scene to a picture.
 
     Parameters

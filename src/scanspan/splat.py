@@ -4,7 +4,7 @@ A tree is drawn block by block: the cut says which, culling and going down until
 blocks are decoded once and kept; what is seen is shaded afterwards. The same tree, camera and error give the same picture to
 the byte, for any number of threads, whatever is kept.
 
-Refining draws the splats of that same cut in four passes, each spread over the whole picture, into the same keys. A key only
+Refining draws the splats of that same cut in passes, each spread over the whole picture, into the same keys. A key only
 comes nearer, so no pixel goes back to the background, nothing is drawn or read twice, and the last pass leaves the picture that
 `render` makes (docs/decisions/0018-splats-on-the-screen.md says what else was tried).
 
@@ -45,6 +45,8 @@ CULLS = ("none", "back")
 LEAST_BUDGET = 256  # splats: those of the root are drawn at least
 POINTS_TO_FRAME = 1 << 14  # splats at least, that tell a camera how far a tree reaches
 PAGES_BYTES = 32 << 20  # of pages that are kept while their blocks are taken from them
+MOST_COARSE = 1 << 17  # splats that fill what is missing when time is up
+FEW_PAGES = 64  # of which none is worth waiting for less
 BLOCKS_AT_ONCE = 1 << 10  # drawn between two looks at the clock
 
 
@@ -130,7 +132,8 @@ class SplatTree(stored.SplatTree):
         """Draw the tree in passes, each of which makes the picture better; the last one is what `render` returns.
 
         A pixel that shows something is never background again; blocks are read and drawn once. `frame.error` says how near to
-        something drawn everything is that could be seen, `frame.splats` and `frame.bytes_read` what it took.
+        something drawn everything is that could be seen, inf while parts are missing altogether; `frame.splats` and
+        `frame.bytes_read` say what it took. Which splats come first depends on what has been read already.
 
         Parameters
         ----------
@@ -224,29 +227,47 @@ class _State:
         coarse = self._coarse_cut(request, view, cut) if deadline is not None else cut._replace(nodes=cut.nodes[:0])
         nodes = np.append(cut.nodes, coarse.nodes)
         picture = SplatPicture(self.cache, self.columns, request.camera, request.size, nodes, view, request.threads)
-        last, bound = len(STRIDES) - 1, np.inf
-        for number in range(len(STRIDES)) if count else [last]:
-            gap = 0.0
-            for first in range(0, count, BLOCKS_AT_ONCE):
-                rows = np.arange(first, min(first + BLOCKS_AT_ONCE, count))
+        plan, touched, bound = self._plan(cut), 0, float(np.inf)
+        for number, (rows, first_pass, last_pass) in enumerate(plan):
+            gap, is_last, touched = 0.0, number == len(plan) - 1, touched + (len(rows) if first_pass == 0 else 0)
+            for first in range(0, len(rows), BLOCKS_AT_ONCE):
+                part = rows[first : first + BLOCKS_AT_ONCE]
                 with self.cache.lock:
-                    picture.draw(rows, number, number)
-                    gap = max(gap, picture.gap(rows, number)) if number < last else 0.0
-                is_done = number == last and rows[-1] == count - 1
+                    picture.draw(part, first_pass, last_pass)
+                    gap = gap if is_last else max(gap, picture.gap(part, last_pass))
+                is_done = is_last and first + BLOCKS_AT_ONCE >= len(rows)
                 if deadline is not None and time.perf_counter() - request.started >= deadline and not is_done:
                     with self.cache.lock:
                         picture.draw(np.arange(count, len(nodes)))
-                        yield self._frame(picture, request, picture.keys, before, coarse.error, False)
+                        frame = self._frame(picture, request, picture.keys, before, coarse.error, False)
+                    yield frame
                     return
-            bound = cut.error if number == last else min(bound, gap + cut.error)
+            bound = cut.error if is_last else min(bound, gap + cut.error) if touched == count else bound
             with self.cache.lock:
-                keys = picture.keys if number == last else picture.keys.copy()
-                frame = self._frame(picture, request, keys, before, bound, number == last)
+                keys = picture.keys if is_last else picture.keys.copy()
+                frame = self._frame(picture, request, keys, before, bound, is_last)
             yield frame
 
+    def _plan(self, cut: Cut) -> list[tuple[Int64Array, int, int]]:
+        """Return what each frame of a refinement adds: rows of the cut, and the first and last pass that is drawn of them.
+
+        What has been read is drawn in passes through the splats of all blocks. What has not is read page by page, those first
+        that are spread over the whole, so that the first frame need not wait for all of them.
+        """
+        rows, last = np.arange(len(cut.nodes)), len(STRIDES) - 1
+        pages, place = np.unique(self.tree.nodes["page"][cut.nodes], return_inverse=True)
+        if not len(rows):
+            return [(rows, 0, last)]
+        if len(pages) < FEW_PAGES or 2 * self.cache.missing(cut.nodes) <= cut.splats:
+            return [(rows, number, number) for number in range(len(STRIDES))]
+        first, second = place % STRIDES[1] == 0, place % STRIDES[2] == 0
+        rest = rows[~second]
+        return [(rows[first], 0, last), (rows[second & ~first], 0, last), (rest, 0, last - 1), (rest, last, last)]
+
     def _coarse_cut(self, request: Request, view: SplatView, cut: Cut) -> Cut:
-        """Return blocks of a sixteenth as many splats, to fill what is missing when time is up."""
-        return cut_tree(self.columns, view, cut.error, max(LEAST_BUDGET, cut.splats // 16), turns_away=request.turns_away)
+        """Return blocks of a sixteenth as many splats or fewer, to fill what is missing when time is up."""
+        budget = max(LEAST_BUDGET, min(cut.splats // 16, MOST_COARSE))
+        return cut_tree(self.columns, view, cut.error, budget, turns_away=request.turns_away)
 
     def _frame(
         self, picture: SplatPicture, request: Request, keys: Int64Array, before: int, error: float, is_final: bool

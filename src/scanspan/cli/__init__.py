@@ -133,23 +133,18 @@ def render(
     from scanspan.view import parts
     from scanspan.view import shot as words
 
-    shot = words.parse_shot(
-        direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic, camera_index
-    )  # fmt: skip
+    place = (direction, position, focal_point)
+    shot = words.parse_shot(*place, view_up, view_angle, zoom, azimuth, elevation, orthographic, camera_index)
     names = words.parse_views(views)
     words.check_index(shot, names)
-    if names and (direction or position or focal_point):
+    if names and any(place):
         raise InputError("--views chooses where the eye stands: leave out --camera-direction, -position and -focal-point")
-    if no_background and background_color is not None:
-        raise InputError("--no-background and --background-color do not go together")
+    background = words.parse_background(no_background, background_color)
     look = {
-        "background": "transparent" if no_background else words.parse_shade("--background-color", background_color),
-        "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width, "cull": cull,
-        "textures": not no_textures, "translucency": not no_translucency, "lights": lights, "samples": samples,
+        "background": background, "shading": shading, "crease_angle": crease_angle, "edges": edges, "line_width": line_width,
+        "cull": cull, "textures": not no_textures, "translucency": not no_translucency, "lights": lights, "samples": samples,
         "algorithm": algorithm, "order": order, "threads": threads, "subpixel_bits": subpixel_bits, "max_pixels": max_pixels,
-        "point_shape": point_shape, "point_size": parts.parse_point_size(point_size), "color_by": color_by,
-        "eye_dome": eye_dome,
-    }  # fmt: skip
+    } | parts.parse_points(point_size, point_shape, color_by, eye_dome)  # fmt: skip
     limits = {
         "max_bytes": max_bytes, "max_triangles": max_triangles, "max_texture_pixels": max_texture_pixels,
         "max_face_corners": max_face_corners, "max_points": max_points, "nonfinite": nonfinite, "file_type": file_type,

@@ -24,6 +24,11 @@ def parse_point_size(text: str | None) -> float | str | None:
         return text
 
 
+def parse_points(size: str | None, shape: str | None, color_by: str | None, eye_dome: bool | None) -> dict[str, Any]:
+    """Return how points are drawn, as `render` takes it; None where nothing was said."""
+    return {"point_size": parse_point_size(size), "point_shape": shape, "color_by": color_by, "eye_dome": eye_dome}
+
+
 def parse_choice(bounds: str | None, classification: str | None, returns: str | None) -> dict[str, Any]:
     """Return which points are kept, as `PointCloud.select` takes it; None where nothing was said.
 

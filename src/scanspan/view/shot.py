@@ -127,6 +127,17 @@ def parse_shot(
     )  # fmt: skip
 
 
+def parse_background(is_none: bool, color: str | None) -> Any:
+    """Return the background that `render` takes, None where nothing was said.
+
+    >>> parse_background(True, None)
+    'transparent'
+    """
+    if is_none and color is not None:
+        raise InputError("--no-background and --background-color do not go together")
+    return "transparent" if is_none else parse_shade("--background-color", color)
+
+
 def parse_views(text: str | None) -> list[str]:
     """Return the names of directions from "iso,front,top".
 

@@ -100,6 +100,10 @@ class BlockCache:
             yield first, last
             first = last
 
+    def missing(self, nodes: Int64Array) -> int:
+        """Return how many splats of some nodes would have to be read."""
+        return int(self.count[nodes[self.start[nodes] < 0]].sum(dtype=np.int64))
+
     def _fetch(self, nodes: Int64Array) -> None:
         """Read what is not there of some nodes, which fit within the limit together."""
         wanted = nodes[self.start[nodes] < 0]
