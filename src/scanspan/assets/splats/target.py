@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import IO, Any
 
@@ -41,7 +42,7 @@ def _joined(parts: list[Splats]) -> Splats:
     return parts[0] if len(parts) == 1 else Splats(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
-class Target:
+class Target(ABC):
     """Takes blocks as they are made and hands on full pages; a subclass says what becomes of them."""
 
     def __init__(self, header: Header) -> None:
@@ -52,17 +53,17 @@ class Target:
         self.next_page = 0
         self.pending: dict[int, tuple[int, list[Splats]]] = {}
 
+    @abstractmethod
     def write_page(self, number: int, height: int, splats: Splats) -> None:
         """Keep a page."""
-        raise NotImplementedError
 
+    @abstractmethod
     def write_rows(self, rows: Table) -> None:
         """Keep rows of BLOCK."""
-        raise NotImplementedError
 
+    @abstractmethod
     def finish(self, point_count: int) -> SplatTree:
         """Return the tree of all that came."""
-        raise NotImplementedError
 
     def add(self, whole: Int64Array, real: Float64Array, splats: Splats) -> None:
         """Take the blocks that the kernels made."""
