@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks import exact, plane_scenes, registry, report
+from benchmarks import cloud_build, exact, plane_scenes, registry, report
 from benchmarks.entry import MissingError, load
 from scipy import ndimage
 
@@ -157,3 +158,16 @@ def test_tables_compare_like_with_like() -> None:
     assert "| X | mask | slow | 4 ms | 0 | right: 2.00 x, 2 px wrong | wrong: 0.50 x, 3 px wrong |" in summary
     assert "| X | colors | fast | 1 ms | 0 | none | wrong: 2.00 x, 3 px wrong |" in summary
     assert "| X | | not run | | | | 1 others were |" in summary
+
+
+def test_the_cloud_of_the_builds_comes_in_pieces(tmp_path: Path) -> None:
+    pieces = list(cloud_build.pieces(600_000, ("color", "normals")))
+    assert [len(piece["integers"]) for piece in pieces] == [cloud_build.PIECE, 600_000 - cloud_build.PIECE]
+    assert all(piece[name].shape == piece["integers"].shape for piece in pieces for name in ("color", "normals"))
+    assert abs(np.linalg.norm(pieces[0]["normals"], axis=1) - 1).max() < 1e-6
+    measured = cloud_build.build(20_000, tmp_path / "cloud.scansplat", "512MB", ("color",), "given")
+    assert measured["bytes a point"] < 9
+    assert set(cloud_build.read(tmp_path / "cloud.scansplat", 5000)) == {
+        "M splats/s from the file, CPU",
+        "M splats/s from pages, CPU",
+    }
