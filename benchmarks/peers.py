@@ -183,6 +183,7 @@ RETURNED: dict[str, tuple[tuple[Any, int], ...]] = {
     "polygon": ((np.bool_, 1),),
     "smooth polygon": ((np.float64, 1),),
     "points": ((np.int32, 1),),
+    "cloud": ((np.int64, 1),),
     "flood": ((np.uint8, 4),),
     "burn": ((np.int32, 1),),
     "measure": ((np.float64, 1),),

@@ -21,7 +21,7 @@ SCALES = {
     "A": 0.001, "C": 0.01, "D": 0.001, "F": 0.01, "G": 0.01, "H": 0.01, "I": 0.02, "T": 1.0, "L": 0.002,
     "LA": 0.0005, "PS-center": 0.01,
     "PX-non-zero": 0.02, "PX-even-odd-area": 0.02, "Q2": 0.0001, "FF": 1.0, "TRI1k": 0.2, "TRI100k": 0.002, "MP-ids": 0.01,
-    "MP-area": 0.01,
+    "MP-area": 0.01, "PC-morton": 0.002, "PC-random": 0.002,
 }  # fmt: skip
 
 
