@@ -92,7 +92,7 @@ def test_a_mesh_becomes_a_tree_that_only_gets_better(direction: str, shared_data
     # It looks like the mesh: covered where that is, and a rim of some pixels.
     mesh = ss.render(ss.load(path), frames[-1].camera, SIZE)
     assert (covered(mesh) & ~covered(frames[-1])).mean() < 0.001
-    assert frames[-1].coverage < 1.2 * mesh.coverage
+    assert frames[-1].coverage < 1.25 * mesh.coverage
 
 
 REAL: dict[Path, ss.splat.SplatTree] = {}
