@@ -76,6 +76,25 @@ def test_real_clouds_only_get_better(file: str, direction: str, shared_data: Pat
     assert 0.02 < last.coverage < 0.7
 
 
+@pytest.mark.parametrize("direction", ["iso", "front", "top"])
+def test_a_mesh_becomes_a_tree_that_only_gets_better(direction: str, shared_data: Path) -> None:
+    path = shared_data / "meshes" / "rocker-arm.obj"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not here")
+    tree = ss.splat.build(ss.load(path).instances[0].geometry)
+    assert tree.has_normals
+    frames = list(tree.refine(direction, SIZE, up="+Y"))
+    differences = [float(np.abs(frame.color.astype(np.int64) - frames[-1].color).mean()) for frame in frames]
+    assert differences == sorted(differences, reverse=True)
+    for before, after in pairwise(frames):
+        assert not (covered(before) & ~covered(after)).any()
+
+    # It looks like the mesh: covered where that is, and a rim of some pixels.
+    mesh = ss.render(ss.load(path), frames[-1].camera, SIZE)
+    assert (covered(mesh) & ~covered(frames[-1])).mean() < 0.001
+    assert frames[-1].coverage < 1.25 * mesh.coverage
+
+
 REAL: dict[Path, ss.splat.SplatTree] = {}
 
 
@@ -311,3 +330,29 @@ def test_max_bytes_is_checked(tmp_path: Path) -> None:
     ss.splat.build(PLACES[:10], tmp_path / "few.scansplat")
     with pytest.raises(ss.InputError, match="max_bytes = 0: must be a whole number from 1"):
         ss.splat.open(tmp_path / "few.scansplat", max_bytes=0)
+
+
+@pytest.mark.parametrize("name", ["normals", "colour", "neither"])
+def test_compiled_and_plain_pictures_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scanspan.assets.splats import cache
+    from scanspan.geometry import cut
+    from scanspan.shade import splats as shade
+    from scanspan.target import splat_picture
+
+    points: dict[str, Any] = {"positions": PLACES[:400]}
+    points |= {"normals": DIRECTIONS[:400]} if name == "normals" else {}
+    points |= {"color": np.uint8(np.abs(DIRECTIONS[:400]) * 255)} if name == "colour" else {}
+    expected = list(ss.splat.build(points).refine("iso", (32, 24)))
+    kernels = {
+        cache: ("put_in_passes",), cut: ("write_stretch",), splat_picture: ("mark_seen", "paint_keys", "darken_pixels"),
+        shade: ("gather_splats", "encode_splats", "color_heights"),
+    }  # fmt: skip
+    for module, names in kernels.items():
+        for kernel in names:
+            monkeypatch.setattr(module, kernel, getattr(module, kernel).py_func)
+    monkeypatch.setattr(splat_picture, "largest_gap", cut.largest_gap.py_func)  # type: ignore[attr-defined]
+    with np.errstate(all="ignore"):
+        plain = list(ss.splat.build(points).refine("iso", (32, 24)))
+    for one, other in zip(expected, plain, strict=True):
+        assert np.array_equal(one.color, other.color)
+        assert one.error == other.error
