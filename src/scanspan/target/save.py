@@ -73,7 +73,7 @@ def without_holes(instance: Instance) -> Instance:
         axis = int(np.argmax(np.abs(normal)))
         flat = given[:, [(axis + 1) % 3, (axis + 2) % 3]]
         low, extent = flat.min(axis=0), float(np.ptp(flat, axis=0).max()) or 1.0
-        snapped = np.rint((flat - low) * (GRID / extent)).astype(np.int64)
+        snapped = np.ascontiguousarray(np.rint((flat - low) * (GRID / extent)), np.int64)
         cut = triangulate_rings(snapped, (starts - starts[0]).astype(np.int32), rule)
 
         # Keep the polygon's own points, and turn the triangles as it turns.
