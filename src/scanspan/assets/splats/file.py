@@ -92,6 +92,9 @@ def pack_end(pages: Table, nodes: Table, point_count: int, place: int) -> bytes:
     return first + second + struct.pack("<I", checksum(footer)) + footer
 
 
+MAPPED_MOST = 32 << 20  # bytes of the file that stay mapped: what was read counts as memory of this program until it is let go
+
+
 class FilePages:
     """The pages of a file, decoded when asked for; the latest are kept. Threads may share it."""
 
@@ -104,6 +107,7 @@ class FilePages:
         self._room = cache
         self._kept: OrderedDict[int, Splats] = OrderedDict()
         self._size = 0
+        self._mapped = 0
         self._lock = threading.Lock()
         self._tools = threading.local()
 
@@ -124,10 +128,18 @@ class FilePages:
                 self._kept[number] = splats
                 self._size += sum(array.nbytes for array in splats)
                 self.bytes_read += int(self.table["bytes"][number])
+                self._let_go(int(self.table["bytes"][number]))
             while self._size > self._room and len(self._kept) > 1:
                 _, dropped = self._kept.popitem(last=False)
                 self._size -= sum(array.nbytes for array in dropped)
         return splats
+
+    def _let_go(self, count: int) -> None:
+        """Let go of what is mapped of the file when it is much; the system still has it, as long as there is memory."""
+        self._mapped += count
+        if self._mapped > MAPPED_MOST and hasattr(mmap, "MADV_DONTNEED"):
+            self._content.madvise(mmap.MADV_DONTNEED)
+            self._mapped = 0
 
     def _decode(self, number: int) -> Splats:
         """Check and decode a page."""
