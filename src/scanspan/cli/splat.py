@@ -182,12 +182,10 @@ def render(
     """
     from scanspan.view import shot as words
 
-    if no_background and background_color is not None:
-        raise InputError("--no-background and --background-color do not go together")
     shot = words.parse_shot(
         direction, position, focal_point, view_up, view_angle, zoom, azimuth, elevation, orthographic
     )  # fmt: skip
-    background = "transparent" if no_background else words.parse_shade("--background-color", background_color)
+    background = words.parse_background(no_background, background_color)
     look = TreeLook(error, budget, deadline, cull, background, threads, max_pixels)
     extent, axis = words.parse_size(resolution, size, DEFAULT_SIZE), words.parse_axis(up)
     with Reporter(verbose) as reporter:

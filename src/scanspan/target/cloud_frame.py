@@ -18,7 +18,21 @@ from scanspan.shade.cloud_colors import cloud_of, places_of
 from scanspan.target.frame import Frame
 
 
-class CloudFrame(Frame):
+class CornerlessFrame(Frame):
+    """A Frame of what has no corners, so neither weights of them nor texture coordinates."""
+
+    @cached_property
+    def barycentric(self) -> Float32Array:
+        """(H, W, 3) float32, 0."""
+        return np.zeros((self.size[1], self.size[0], 3), np.float32)
+
+    @cached_property
+    def uv(self) -> Float32Array:
+        """(H, W, 2) float32, NaN."""
+        return np.full((self.size[1], self.size[0], 2), np.nan, np.float32)
+
+
+class CloudFrame(CornerlessFrame):
     """What `render` returns for a scene of point clouds. In a notebook it shows itself.
 
     Attributes
@@ -113,16 +127,6 @@ class CloudFrame(Frame):
     def normal(self) -> Float32Array:
         """(H, W, 3) float32 of length 1, 0 where there is none."""
         return self._gather(0.0, 3, np.float32, "_normals")
-
-    @cached_property
-    def barycentric(self) -> Float32Array:
-        """(H, W, 3) float32, 0."""
-        return np.zeros((self.size[1], self.size[0], 3), np.float32)
-
-    @cached_property
-    def uv(self) -> Float32Array:
-        """(H, W, 2) float32, NaN."""
-        return np.full((self.size[1], self.size[0], 2), np.nan, np.float32)
 
     @property
     def coverage(self) -> float:

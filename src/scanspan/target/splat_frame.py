@@ -14,7 +14,7 @@ from scanspan.assets.splats.codec import Splats, decode_normals
 from scanspan.raster.write import EMPTY_KEY, NUMBER_MASK
 from scanspan.records import Array, BoolArray, Float32Array, Float64Array, Int64Array, UInt8Array
 from scanspan.shade.splats import ROW_BITS
-from scanspan.target.frame import Frame
+from scanspan.target.cloud_frame import CornerlessFrame
 
 
 class Progress(NamedTuple):
@@ -27,7 +27,7 @@ class Progress(NamedTuple):
     is_final: bool  # whether it meets the error that was asked for
 
 
-class SplatFrame(Frame):
+class SplatFrame(CornerlessFrame):
     """What `SplatTree.render` and `refine` return: a Frame whose pixels come from splats.
 
     Attributes
@@ -133,16 +133,6 @@ class SplatFrame(Frame):
                 decode_normals(splats.normal[rows], decoded)
                 normals[part] = decoded
         return np.asarray(self._spread(normals, 0.0))
-
-    @cached_property
-    def barycentric(self) -> Float32Array:
-        """(H, W, 3) float32, 0: a splat has no corners."""
-        return np.zeros((self.size[1], self.size[0], 3), np.float32)
-
-    @cached_property
-    def uv(self) -> Float32Array:
-        """(H, W, 2) float32, NaN: a splat has no texture."""
-        return np.full((self.size[1], self.size[0], 2), np.nan, np.float32)
 
     @property
     def coverage(self) -> float:
