@@ -59,18 +59,18 @@ def take_span(
 
 @bare_kernel
 def covered_words(
-    target: Int32Array, vertices: Array, values: Int32Array, ends: Int64Array, taken: Int64Array, still_open: Int64Array,
+    target: Int32Array, vertices: Array, values: Int32Array, room: Int64Array, taken: Int64Array, still_open: Int64Array,
     top: int, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the values of triangles last - 1 down to first to the samples that they cover and that are still open.
 
     Shapes  target: (H, W), contiguous, whose first row is row `top` of the image; vertices: (N, 3, 2); values: (N,);
-            ends: (2, H), room to work in; taken, still_open: from room_for_bits.
+            room: (2, H) or more, to work in; taken, still_open: from room_for_bits.
     Units   vertices in pixels, within 2^24 of 0.
     Rule    sampling.rule; samples decide.
     """
     scale, width = np.float64(np.int64(1) << sampling.subpixel_bits), np.int64(target.shape[1])
-    flat = target.reshape(target.shape[0] * target.shape[1])
+    flat, starts, ends = target.reshape(target.shape[0] * target.shape[1]), room[0], room[1]
     for back in range(last - first):
         n = last - 1 - back
         _, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, _, _, _ = set_up_edges(
@@ -81,25 +81,25 @@ def covered_words(
             continue
         across, rows, y_first = x_end - x_start, y_end - y_start, y_start - top
         for j in range(rows):
-            ends[0, j], ends[1, j] = ZERO, across
-        cut_rows(ends, rows, across, f0, a0, b0)
-        cut_rows(ends, rows, across, f1, a1, b1)
-        cut_rows(ends, rows, across, f2, a2, b2)
+            starts[j], ends[j] = ZERO, across
+        cut_rows(starts, ends, rows, across, f0, a0, b0)
+        cut_rows(starts, ends, rows, across, f1, a1, b1)
+        cut_rows(starts, ends, rows, across, f2, a2, b2)
 
         # Go through the rows of tiles that it reaches, and pass over those where nothing is open.
         for band in range(y_first // WORD, (y_end - top + (WORD - 1)) // WORD):
             j_start, j_end = max(band * WORD - y_first, ZERO), min((band + 1) * WORD - y_first, rows)
             left, right = across, ZERO
             for j in range(j_start, j_end):
-                left, right = min(left, ends[0, j]), max(right, ends[1, j])
+                left, right = min(left, starts[j]), max(right, ends[j])
             waiting = ZERO
             for w in range((x_start + left) // WORD, (x_start + right + (WORD - 1)) // WORD):
                 waiting += still_open[band, w]
             if waiting == 0:
                 continue
             for j in range(j_start, j_end):
-                if ends[0, j] < ends[1, j]:
+                if starts[j] < ends[j]:
                     y = y_first + j
                     take_span(
-                        flat, y * width, taken, still_open, y, x_start + ends[0, j], x_start + ends[1, j], values[n]
+                        flat, y * width, taken, still_open, y, x_start + starts[j], x_start + ends[j], values[n]
                     )  # fmt: skip

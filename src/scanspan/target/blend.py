@@ -87,8 +87,8 @@ def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, numb
 
 @bare_helper
 def one_word(
-    values: Int32Array, n: int, e1: Integer, e2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer,
-    subpixel_bits: int,
+    values: Int32Array, n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer, f1: Integer, f2: Integer,
+    a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
 ) -> np.int32:  # fmt: skip
     """Return what scan_flat writes for a triangle of one value: the value."""
     word: np.int32 = values[n]

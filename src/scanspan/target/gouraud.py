@@ -8,10 +8,6 @@ What lets through has to be laid over what is below it, in order. There, the tra
 triangles that cover it, and the lists are gone through afterwards. They have room for a few; where a pixel has more, the
 triangles are taken in two halves, one after the other.
 
-A channel is u0 + (E1 (u1 - u0) + E2 (u2 - u0)) / 2A, rounded half up once. The sum is exact in float64 for 8-bit colours and
-triangles of up to 2^23 px, and so is the rounding: ties lie further from their neighbours than the margin that makes up for the
-product with 1 / 2A. Channels that are constant over a triangle come out exactly constant, whatever its size.
-
 Source: Gouraud 1971; the plane equations of the lectures.
 """
 
@@ -23,30 +19,27 @@ from typing import Any
 
 import numpy as np
 
-from scanspan.geometry.fixed_point import halves_float, product_halves, to_grid
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, kernel
 from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_bands, run_kernel
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge_walk import edge_walk
-from scanspan.raster.flat import scan_flat
+from scanspan.raster.flat import as_given, one_row, scan_flat
 from scanspan.raster.half_space import half_space, visit_rows
 from scanspan.raster.micropolygon import micropolygon
-from scanspan.raster.setup import NEAR, keep_sample
+from scanspan.raster.setup import keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles, UInt8Array
 from scanspan.target.blend import ONE, blend_over
+from scanspan.target.color_runs import color_rows
 from scanspan.target.paint import PAINTERS
+from scanspan.target.planes import OPAQUE, SHADE_LANES, SURE, channel_code, channel_plane, start_planes, sure_code
 from scanspan.target.triangles import fill_rows, lie_deep, measure_boxes, run_flat, share_rows
 
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
 LIST_BYTES = 1 << 21  # of the lists of one band; they stay in the cache
 BAND_BYTES = 1 << 20  # of the numbers of one band
-SURE = float(1 << 21)  # sub-pixels along a side, below which sums of edge values times 8-bit colours are exact in float64
 SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are coloured where they are drawn
-SHADE_LANES = np.int64(8)  # channels are worked out in float64, and a vector has 64 bytes
-OPAQUE = np.int64(1 << 24)  # less this, a word of three channels has an alpha of 255
-MARGIN = 2.0**-41  # above the error of a channel, below the distance of a value from a tie that it does not meet
 
 
 @bare_helper
@@ -99,51 +92,9 @@ LISTERS: dict[str, Callable[..., None]] = {
 
 
 @bare_helper
-def exact_value(a: Integer, b: Integer, dx: Integer, dy: Integer, is_near: bool | np.bool_) -> float:
-    """Return a dx + b dy, rounded once to float64 where it does not fit. Needs: is_near is true only if it fits an int64."""
-    if is_near:
-        return np.float64(a * dx + b * dy)
-    high, low = product_halves(a, b, dx, dy)
-    return halves_float(high, low)
-
-
-@bare_helper
-def start_planes(
-    p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: Integer, r_y: Integer, i: Integer, j: Integer,
-    sampling: Sampling,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Return two edge values of a triangle at a pixel's sample, how they step to the next pixel, and the inverse of 2A."""
-    s = sampling.subpixel_bits
-    x, y = (i << s) + sampling.sample_x, (j << s) + sampling.sample_y
-    a1, b1, a2, b2 = r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
-    dx, dy = x - p_x, y - p_y
-    is_near = max(dx, -dx, dy, -dy, a1, -a1, b1, -b1, a2, -a2, b2, -b2) < NEAR
-    e1, e2 = exact_value(a1, b1, dx, dy, is_near), exact_value(a2, b2, dx, dy, is_near)
-    area = exact_value(a2, b2, r_x - p_x, r_y - p_y, is_near)
-    return e1, e2, np.float64(a1 << s), np.float64(a2 << s), 1.0 / area
-
-
-@bare_helper
-def channel_plane(
-    colors: Array, n: Integer, k: int, e1: float, e2: float, step1: float, step2: float
-) -> tuple[float, float, float, float]:
-    """Return a channel of a run of pixels as base + floor((start + i step) / 2A + part)."""
-    u0 = np.float64(colors[n, 0, k])
-    d1, d2 = np.float64(colors[n, 1, k]) - u0, np.float64(colors[n, 2, k]) - u0
-    base = np.floor(u0 + 0.5)
-    return e1 * d1 + e2 * d2, step1 * d1 + step2 * d2, base, (u0 + 0.5 - base) + MARGIN
-
-
-@bare_helper
-def channel_code(start: float, step: float, base: float, part: float, inverse: float, i: Integer) -> Integer:
-    """Return a channel's code at pixel i of a run."""
-    return np.int64(min(max(base + np.floor((start + np.float64(i) * step) * inverse + part), 0.0), 255.0))
-
-
-@bare_helper
 def start_shade(
-    colors: Array, n: int, e1: Integer, e2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer,
-    subpixel_bits: int,
+    colors: Array, n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer, f1: Integer, f2: Integer,
+    a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
 ) -> Any:  # fmt: skip
     """Return the planes of the three channels over a box, from the edges that scan_flat has at its first sample."""
     start1, start2 = np.float64(e1), np.float64(e2)
@@ -170,9 +121,9 @@ def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j
     ) = shade  # fmt: skip
     y = np.float64(j)
     word = (
-        channel_code(red + y * red_down, red_right, red_base, red_part, inverse, i)
-        + (channel_code(green + y * green_down, green_right, green_base, green_part, inverse, i) << 8)
-        + (channel_code(blue + y * blue_down, blue_right, blue_base, blue_part, inverse, i) << 16)
+        sure_code(red + y * red_down, red_right, red_base, red_part, inverse, i)
+        + (sure_code(green + y * green_down, green_right, green_base, green_part, inverse, i) << 8)
+        + (sure_code(blue + y * blue_down, blue_right, blue_base, blue_part, inverse, i) << 16)
     )
     if inside:
         row[q] = np.int32(word - OPAQUE)
@@ -180,60 +131,15 @@ def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j
 
 @bare_kernel
 def shaded_words(
-    target: Int32Array, vertices: Float64Array, colors: UInt8Array, ends: Int64Array, top: int, first: int, last: int,
+    target: Int32Array, vertices: Float64Array, colors: UInt8Array, room: Int64Array, top: int, first: int, last: int,
     sampling: Sampling,
 ) -> None:  # fmt: skip
     """Half-space into (H, W) words of 32 bits, shaded between the corners. Needs: sums of edge values times colours fit."""
-    scan_flat(start_shade, write_shade, SHADE_LANES, target, vertices, colors, ends, top, first, last, sampling)
-
-
-@bare_kernel
-def color_numbers(
-    words: Int32Array, numbers: Int32Array, x_start: int, y_start: int, rows: int, row_end: int, vertices: Float64Array,
-    colors: Array, sampling: Sampling,
-) -> None:  # fmt: skip
-    """Colour some rows of pixels by the triangles that they show.
-
-    Shapes  words: (H, W), contiguous, written where numbers is not 0; numbers: (h, w), one more than a triangle's number, of
-            the pixels from (x_start, y_start) on; vertices: (N, 3, 2) in pixels; colors: (N, 3, 3) or (N, 3, 4).
-    Units   rows to row_end: rows of numbers.
-    Cost    a run is coloured in whole vectors: most are shorter than one.
-    """
-    width, scale = numbers.shape[1], np.float64(np.int64(1) << sampling.subpixel_bits)
-    flat, across = words.reshape(words.shape[0] * words.shape[1]), np.int64(words.shape[1])
-    for j in range(rows, row_end):
-        i = np.int64(0)
-        while i < width:
-            # Find a run of pixels of one triangle.
-            number = numbers[j, i]
-            if number == 0:
-                i += 1
-                continue
-            end = i + 1
-            while end < width and numbers[j, end] == number:
-                end += 1
-
-            # Colour it.
-            n, length = np.int64(number) - 1, end - i
-            e1, e2, step1, step2, inverse = start_planes(
-                to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
-                to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale),
-                x_start + i, y_start + np.int64(j), sampling,
-            )  # fmt: skip
-            red, red_step, red_base, red_part = channel_plane(colors, n, 0, e1, e2, step1, step2)
-            green, green_step, green_base, green_part = channel_plane(colors, n, 1, e1, e2, step1, step2)
-            blue, blue_step, blue_base, blue_part = channel_plane(colors, n, 2, e1, e2, step1, step2)
-            start, padded = (y_start + j) * across + x_start + i, (length + (SHADE_LANES - 1)) & -SHADE_LANES
-            row = flat[start : start + padded]
-            for k in range(padded):
-                word = (
-                    channel_code(red, red_step, red_base, red_part, inverse, k)
-                    + (channel_code(green, green_step, green_base, green_part, inverse, k) << 8)
-                    + (channel_code(blue, blue_step, blue_base, blue_part, inverse, k) << 16)
-                )
-                if k < length:
-                    row[k] = np.int32(word - OPAQUE)
-            i = end
+    flat, width = target.reshape(target.shape[0] * target.shape[1]), np.int64(target.shape[1])
+    scan_flat(
+        as_given, start_shade, write_shade, one_row, SHADE_LANES, flat, width, vertices, colors, room, top, first, last,
+        sampling,
+    )  # fmt: skip
 
 
 @bare_kernel
@@ -303,7 +209,7 @@ def paint_numbers(
 
     def color_band(row: int, row_end: int, stop: Event) -> None:
         """Colour the rows of one band."""
-        color_numbers(words, numbers, x_start, y_start, row, row_end, vertices, colors, sampling)
+        color_rows(words, numbers, (x_start, y_start), (row, row_end), vertices, colors, sampling)
 
     run_bands(color_band, within.y_end, 1 if numbers.size < SMALL_IMAGE else threads)
 
@@ -340,7 +246,7 @@ def paint_opaque(
         numbers = np.zeros((y_end - y_start, words.shape[1]), np.int32)
         fill_rows(numbers, vertices, following, sampling._replace(y_start=y_start, y_end=y_end), is_deep, stop)
         if not stop.is_set():
-            color_numbers(words, numbers, 0, y_start, 0, len(numbers), vertices, colors, sampling)
+            color_rows(words, numbers, (0, y_start), (0, len(numbers)), vertices, colors, sampling)
 
     share_rows(paint_band, words.shape, vertices, threads, -(-words.nbytes // BAND_BYTES))
 

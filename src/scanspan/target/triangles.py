@@ -16,7 +16,7 @@ import numpy as np
 from scanspan.jit import bare_kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE, run_bands
 from scanspan.raster.covered import covered_words, room_for_bits
-from scanspan.raster.flat import scan_flat
+from scanspan.raster.flat import LISTED, as_given, one_row, scan_flat
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array
 from scanspan.target.blend import one_word, write_word
 
@@ -31,11 +31,14 @@ SETUP_COST, SCAN_COST, ROW_COST, VECTOR_COST = 20.0, 4.0, 1.5, 1.0
 
 @bare_kernel
 def flat_words(
-    target: Int32Array, vertices: Float64Array, words: Int32Array, ends: Int64Array, top: int, first: int, last: int,
+    target: Int32Array, vertices: Float64Array, words: Int32Array, room: Int64Array, top: int, first: int, last: int,
     sampling: Sampling,
 ) -> None:  # fmt: skip
     """Half-space into (H, W) words of 32 bits, one a triangle."""
-    scan_flat(one_word, write_word, WORD_LANES, target, vertices, words, ends, top, first, last, sampling)
+    flat, width = target.reshape(target.shape[0] * target.shape[1]), np.int64(target.shape[1])
+    scan_flat(
+        as_given, one_word, write_word, one_row, WORD_LANES, flat, width, vertices, words, room, top, first, last, sampling
+    )  # fmt: skip
 
 
 @bare_kernel
@@ -90,10 +93,10 @@ def run_rows(
     sampling : with the rows of one band.
     stop : set where no more is wanted.
     """
-    count, ends = len(vertices), np.empty((2, len(target)), np.int64)
+    count, room = len(vertices), np.empty((3, max(len(target), LISTED)), np.int64)
     for first in range(0, count, CHUNK):
         if not stop.is_set():
-            kernel(target, vertices, values, ends, sampling.y_start, first, min(first + CHUNK, count), sampling)
+            kernel(target, vertices, values, room, sampling.y_start, first, min(first + CHUNK, count), sampling)
 
 
 def run_flat(
@@ -144,11 +147,11 @@ def fill_rows(
     if not is_deep:
         run_rows(flat_words, target, vertices, words, sampling, stop)
         return
-    ends, (taken, still_open) = np.empty((2, len(target)), np.int64), room_for_bits(*target.shape)
+    room, (taken, still_open) = np.empty((2, len(target)), np.int64), room_for_bits(*target.shape)
     for last in range(len(vertices), 0, -CHUNK):
         if not stop.is_set():
             first = max(last - CHUNK, 0)
-            covered_words(target, vertices, words, ends, taken, still_open, sampling.y_start, first, last, sampling)
+            covered_words(target, vertices, words, room, taken, still_open, sampling.y_start, first, last, sampling)
 
 
 def lie_deep(vertices: Float64Array, shape: tuple[int, ...]) -> bool:
