@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scanspan.assets.buffers import check_screen_triangles, has_far_values
+from scanspan.assets.buffers import check_corner_depths, check_screen_triangles, check_target, has_far_values
 from scanspan.assets.codes import to_code, to_codes
-from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha
+from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha, to_corner_codes
 from scanspan.assets.lens import check_size
 from scanspan.assets.polygon_lists import as_polygon, as_polygons
 from scanspan.assets.rings import FILL_RULES, as_points
@@ -37,9 +37,10 @@ from scanspan.raster.options import (
 )
 from scanspan.raster.segment import DDA, DIAMOND_EXIT, MIDPOINT, RUN_LENGTH, SYMMETRIC, WU
 from scanspan.raster.stroke_options import check_extent, check_stroke
-from scanspan.records import Float64Array, Int32Array, UInt8Array
+from scanspan.records import Float32Array, Float64Array, Int32Array, Sampling, UInt8Array
 from scanspan.target.blend import pack_colors, pack_values
 from scanspan.target.cover import paint_polygons
+from scanspan.target.depth_test import paint_deep
 from scanspan.target.few import OVERLAPS, paint_few, plan_triangles
 from scanspan.target.fill import FILLS, fill_polygons, paint_runs
 from scanspan.target.gouraud import paint_gouraud
@@ -73,6 +74,7 @@ class Canvas:
     Attributes
     ----------
     pixels : (height, width, 4) uint8, sRGB with straight alpha; it may be read and written at any time.
+    depth : (height, width) float32, what triangles with `depths` are tested against; the larger the nearer, -inf nothing.
 
     Raises
     ------
@@ -96,29 +98,38 @@ class Canvas:
         self.pixels.view(np.int32).fill(to_code(background).view(np.int32)[0])
         self._set_up(blend, threads)
 
-    def _set_up(self, blend: str, threads: int | None) -> None:
+    def _set_up(self, blend: str, threads: int | None, depth: Float32Array | None = None) -> None:
         """Check and keep how to paint."""
         check_name("blend", blend, BLENDS)
-        self.blend, self.threads = blend, check_threads(threads)
+        self.blend, self.threads, self._depth = blend, check_threads(threads), depth
 
     @classmethod
-    def from_array(cls, pixels: UInt8Array, *, blend: str = "linear", threads: int | None = None) -> Canvas:
+    def from_array(
+        cls, pixels: UInt8Array, depth: Float32Array | None = None, *, blend: str = "linear", threads: int | None = None
+    ) -> Canvas:
         """Return a canvas that paints into an array in place.
 
         Parameters
         ----------
         pixels : (H, W, 4) uint8, C-contiguous and writable, sRGB with straight alpha.
+        depth : (H, W) float32, the same; of a Frame or a Visibility, to paint into what was rendered.
         blend, threads : as for Canvas.
         """
-        fits = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8 and pixels.ndim == 3 and pixels.shape[2] == 4
-        if not fits or not pixels.flags.c_contiguous or not pixels.flags.writeable or 0 in pixels.shape:
-            told = f"{pixels.dtype} {pixels.shape}" if isinstance(pixels, np.ndarray) else type(pixels).__name__
-            raise InputError(f"pixels: expected a writable, contiguous (H, W, 4) array of uint8 to paint into, got {told}")
+        check_target("pixels", pixels, np.uint8, ("H", "W", 4))
         check_size((pixels.shape[1], pixels.shape[0]))
+        if depth is not None:
+            check_target("depth", depth, np.float32, pixels.shape[:2])
         canvas = cls.__new__(cls)
         canvas.pixels = pixels
-        canvas._set_up(blend, threads)
+        canvas._set_up(blend, threads, depth)
         return canvas
+
+    @property
+    def depth(self) -> Float32Array:
+        """(height, width) float32, of what was painted with a depth; made when it is first asked for."""
+        if self._depth is None:
+            self._depth = np.full(self.pixels.shape[:2], -np.inf, np.float32)
+        return self._depth
 
     @property
     def size(self) -> tuple[int, int]:
@@ -130,9 +141,9 @@ class Canvas:
         return ("opaque", self.pixels.view(np.int32)[..., 0]) if is_opaque else (self.blend, self.pixels)
 
     def triangles(
-        self, vertices: ArrayLike, colors: Any, *, algorithm: str = "half-space", rule: str | OffscreenPoint = "top-left",
-        cull: str = "none", antialias: bool = False, overlap: str = "disjoint", subpixel_bits: int = 8,
-        nonfinite: str = "error",
+        self, vertices: ArrayLike, colors: Any, *, depths: ArrayLike | None = None, algorithm: str = "half-space",
+        rule: str | OffscreenPoint = "top-left", cull: str = "none", antialias: bool = False, overlap: str = "disjoint",
+        subpixel_bits: int = 8, nonfinite: str = "error",
     ) -> None:  # fmt: skip
         """Paint triangles in order, each in one colour, or shaded between the colours of its corners.
 
@@ -141,19 +152,25 @@ class Canvas:
         vertices : (N, 3, 2) corners (x, y) in pixels, y down, within 2^24 pixels.
         colors : one colour for all; or (N, 3) or (N, 4), one for each; or (N, 3, 3) or (N, 3, 4), one for each corner. Integers
             0..255 or floats 0..1. Between corners the given values are interpolated, and rounded half up once.
-        algorithm : "half-space", "homogeneous", "edge-walk", "warnock" or "micropolygon"; a sweep does not keep the order.
+        depths : (N, 3), one for each corner, the larger the nearer. A pixel is painted where the triangle is nearer than
+            `depth` there, which is then its own; of equal depths the first stays. Colours must be opaque.
+        algorithm : "half-space", "homogeneous", "edge-walk", "warnock" or "micropolygon"; a sweep does not keep the order, and
+            goes together with depths alone. All paint the same pixels.
         rule, cull, subpixel_bits, nonfinite : as for `rasterize`.
         antialias : whether a pixel is blended by the share of it that is covered, exactly; corners are snapped to 1/65536 pixel
             then, the algorithm and the rule have no part in it, and each triangle has one colour.
         overlap : with antialias, "disjoint" or "over", as for `polygons`: by default triangles are taken for a mesh, which has
             no seams.
         """
-        name, bits, sampling = plan_triangles(self.size, algorithm, overlap, rule, cull, subpixel_bits)
-        is_plain = name == "half-space" and antialias is False and nonfinite == "error"
+        name, bits, sampling = plan_triangles(self.size, algorithm, overlap, rule, cull, subpixel_bits, depths is None)
+        is_plain = name == "half-space" and antialias is False and nonfinite == "error" and depths is None
         if is_plain and paint_few(self.pixels, vertices, colors, sampling, self.threads):
             return
         corners = check_screen_triangles(vertices, nonfinite)
         is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
+        if depths is not None:
+            self._paint_deep(corners, colors, depths, name, sampling, is_smooth, nonfinite)
+            return
         if is_smooth and is_shaded:
             raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
         if is_shaded:
@@ -175,6 +192,21 @@ class Canvas:
         screen = screen_triangles(corners, bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
+
+    def _paint_deep(
+        self, corners: Float64Array, colors: Any, depths: ArrayLike, algorithm: str, sampling: Sampling, is_smooth: bool,
+        nonfinite: str,
+    ) -> None:  # fmt: skip
+        """Paint triangles where they are nearer than what is there."""
+        count = len(corners)
+        shades = as_corner_colors(colors, count) if are_shaded(colors) else to_corner_codes(to_codes(colors, count), count)
+        if is_smooth or has_alpha(shades):
+            what = "antialias = True" if is_smooth else "colors that let something through"
+            raise InputError(f"depths: a pixel shows one triangle or none, which does not go together with {what}")
+        found, kept = check_corner_depths(depths, count, nonfinite)
+        if kept is not None:
+            corners = np.where(kept[:, None, None], corners, 0.0)
+        paint_deep(self.pixels, self.depth, corners, found, shades, algorithm, sampling, self.threads)
 
     def polygon(
         self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline",

@@ -19,6 +19,7 @@ from scanspan.records import BoolArray
 
 MAX_TRIANGLES = (1 << 31) - 1  # triangles are numbered in 32 bits on the way
 MAX_CLIP = 1e150  # clip coordinates; products of two of them must be finite
+MAX_DEPTH = 1e30  # of a corner on a canvas; float32 has a little more, which sums of depths may reach
 MAX_SCREEN = float(1 << 24)  # pixels
 
 
@@ -40,6 +41,18 @@ def copy_indices(indices: NDArray[np.int32], count: int, copy: NDArray[np.int32]
         low, high = min(low, index), max(high, index)
         kept[n] = index
     return bool((low < 0) | ((high >= count) & (given.shape[0] > 0)))
+
+
+def check_target(name: str, array: Any, dtype: type[np.generic], shape: tuple[Any, ...]) -> None:
+    """Raise an InputError unless kernels can write into an array in place; a letter in `shape` is any number above 0."""
+    fits = isinstance(array, np.ndarray) and array.dtype == dtype and array.ndim == len(shape) and 0 not in array.shape
+    fits = fits and all(isinstance(n, str) or n == m for n, m in zip(shape, array.shape, strict=True))
+    if not fits or not array.flags.c_contiguous or not array.flags.writeable:
+        told = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
+        sides = ", ".join(map(str, shape))
+        raise InputError(
+            f"{name}: expected a writable, contiguous ({sides}) array of {np.dtype(dtype)} to paint into, got {told}"
+        )
 
 
 def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32]:
@@ -117,6 +130,24 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
             f"vertices[{n}, {k}] = {tuple(triangles[n, k].tolist())}: expected finite numbers within {MAX_SCREEN:.0f} pixels"
         )
     return np.where(good[:, None, None], triangles, 0.0)
+
+
+def check_corner_depths(depths: ArrayLike, count: int, nonfinite: str) -> tuple[NDArray[np.float64], BoolArray | None]:
+    """Return depths at the corners of `count` triangles as (count, 3) float64, and which triangles to keep, None for all."""
+    array = as_array(depths, "depths")
+    if array.shape != (count, 3) and not (count == 0 and array.size == 0):
+        raise InputError(f"depths: expected shape ({count}, 3), one for each corner, got {array.shape}")
+    with np.errstate(over="ignore"):
+        found: NDArray[np.float64] = in_layout(array, np.float64).reshape(count, 3)
+    if not has_far_values(found.reshape(-1), MAX_DEPTH):
+        return found, None
+    with np.errstate(invalid="ignore"):
+        good: BoolArray = np.all(np.abs(found) <= MAX_DEPTH, axis=1)
+    wrong = ~good if nonfinite == "error" else ~good & np.all(np.isfinite(found), axis=1)
+    if wrong.any():
+        n = int(np.argmax(wrong))
+        raise InputError(f"depths[{n}] = {tuple(found[n].tolist())}: expected finite numbers up to {MAX_DEPTH:.0e}")
+    return np.where(good[:, None], found, 0.0), good
 
 
 def check_values(per_vertex: ArrayLike, triangles: NDArray[np.int32]) -> tuple[NDArray[Any], np.dtype[Any]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scanspan.assets.arrays import as_array, in_layout
 from scanspan.errors import InputError
+from scanspan.records import UInt8Array
 
 
 def as_corner_colors(colors: Any, count: int) -> NDArray[Any]:
@@ -31,6 +32,12 @@ def as_corner_colors(colors: Any, count: int) -> NDArray[Any]:
             kind = "floats are 0..1" if highest == 1 else "integers are 0..255"
             raise InputError(f"colors[{n}, {k}]: {array[n, k, channel]} is no colour value, {kind}")
     return in_layout(array, np.uint8) if highest == 255 else np.ascontiguousarray(array, np.float64) * 255.0
+
+
+def to_corner_codes(codes: UInt8Array, count: int) -> UInt8Array:
+    """Return colours (4,) or (N, 4) of triangles, one for all or one for each, as those of their corners, (N, 3, 4)."""
+    each = codes if codes.ndim == 1 else codes[:, None]
+    return np.ascontiguousarray(np.broadcast_to(each, (count, 3, 4)))
 
 
 def has_alpha(colors: NDArray[Any]) -> bool:

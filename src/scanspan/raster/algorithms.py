@@ -278,13 +278,18 @@ def count_passes(triangles: ScreenTriangles, sampling: Sampling, size: int) -> i
     Only triangles that jump about the picture gain from it: each band scans them all, but then the rows that it writes are
     near. Neighbours that follow each other, as in a mesh, are near anyway. Which of the two it is, a few hundred pairs tell.
     """
-    count = len(triangles.corners)
-    if size <= PASS_BYTES or count < SMALL:
+    count, y, first = len(triangles.corners), triangles.xy[:, 1], triangles.corners[:, 0]
+    if size <= PASS_BYTES or are_in_order(lambda some: y[first[some]], count, sampling.y_end << sampling.subpixel_bits):
         return 1
+    return -(-size // PASS_BYTES)
+
+
+def are_in_order(y_of: Callable[[Int64Array], Array], count: int, height: float) -> bool:
+    """Say whether triangles are few, or follow their neighbours and do not jump about a picture; `y_of` gives y of some."""
+    if count < SMALL:
+        return True
     some = np.linspace(0, count - 2, 512).astype(np.int64)
-    y = triangles.xy[:, 1]
-    jumps = np.abs(y[triangles.corners[some + 1, 0]] - y[triangles.corners[some, 0]]) >> sampling.subpixel_bits
-    return -(-size // PASS_BYTES) if np.median(jumps) > sampling.y_end / 16 else 1
+    return bool(np.median(np.abs(y_of(some + 1) - y_of(some))) <= height / 16)
 
 
 def run_bands(

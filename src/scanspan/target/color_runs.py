@@ -14,7 +14,16 @@ import numpy as np
 from scanspan.geometry.fixed_point import to_grid
 from scanspan.jit import bare_helper, bare_kernel
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling
-from scanspan.target.planes import OPAQUE, SHADE_LANES, SURE, channel_code, channel_plane, start_planes, sure_code
+from scanspan.target.planes import (
+    OPAQUE,
+    SHADE_LANES,
+    SURE,
+    channel_code,
+    channel_plane,
+    corner_values,
+    start_planes,
+    sure_code,
+)  # fmt: skip
 
 KEPT = 1 << 12  # triangles whose planes are kept
 
@@ -42,7 +51,7 @@ def keep_planes(vertices: Float64Array, colors: Array, n: Integer, scale: float,
         return
     kept[at + np.uint64(INVERSE)] = 1.0 / (q_x * r_y - q_y * r_x)
     for k in range(3):
-        right, down, base, part = channel_plane(colors, n, k, r_y, -q_y, -r_x, q_x)
+        right, down, base, part = channel_plane(*corner_values(colors, n, 0, 1, 2, k), r_y, -q_y, -r_x, q_x)
         plane = at + np.uint64(PLANES + PLANE * k)
         kept[plane], kept[plane + np.uint64(1)] = right, down
         kept[plane + np.uint64(2)], kept[plane + np.uint64(3)] = base, part
@@ -57,9 +66,9 @@ def color_far_run(
         to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
         to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale), x, y, sampling,
     )  # fmt: skip
-    red, red_step, red_base, red_part = channel_plane(colors, n, 0, e1, e2, step1, step2)
-    green, green_step, green_base, green_part = channel_plane(colors, n, 1, e1, e2, step1, step2)
-    blue, blue_step, blue_base, blue_part = channel_plane(colors, n, 2, e1, e2, step1, step2)
+    red, red_step, red_base, red_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 0), e1, e2, step1, step2)
+    green, green_step, green_base, green_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 1), e1, e2, step1, step2)
+    blue, blue_step, blue_base, blue_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 2), e1, e2, step1, step2)
     for k in range(row.shape[0]):
         word = (
             channel_code(red, red_step, red_base, red_part, inverse, k)

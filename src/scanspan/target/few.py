@@ -81,25 +81,28 @@ def paint_shaded_kernel(words: Int32Array, vertices: Float64Array, colors: UInt8
 
 
 def plan_triangles(
-    size: tuple[int, int], algorithm: Any, overlap: Any, rule: Any, cull: Any, subpixel_bits: Any
+    size: tuple[int, int], algorithm: Any, overlap: Any, rule: Any, cull: Any, subpixel_bits: Any, in_order: bool = True
 ) -> tuple[str, int, Sampling]:
-    """Return the painter's name, the sub-pixel bits and the sampling of a call; the same options are checked once."""
+    """Return the painter's name, the sub-pixel bits and the sampling of a call; the same options are checked once.
+
+    Where triangles need not be painted in order, because depth decides, every algorithm can.
+    """
     try:
-        return _plan_once(*size, algorithm, overlap, rule, cull, subpixel_bits)
+        return _plan_once(*size, algorithm, overlap, rule, cull, subpixel_bits, in_order)
     except TypeError:  # something that cannot be a key, and so is no option
-        return _plan_once.__wrapped__(*size, algorithm, overlap, rule, cull, subpixel_bits)
+        return _plan_once.__wrapped__(*size, algorithm, overlap, rule, cull, subpixel_bits, in_order)
 
 
 @lru_cache(maxsize=64, typed=True)
 def _plan_once(
-    width: int, height: int, algorithm: Any, overlap: Any, rule: Any, cull: Any, subpixel_bits: Any
+    width: int, height: int, algorithm: Any, overlap: Any, rule: Any, cull: Any, subpixel_bits: Any, in_order: bool
 ) -> tuple[str, int, Sampling]:
     """Return what plan_triangles does."""
     bits = check_subpixel_bits(subpixel_bits)
     check_name("algorithm", algorithm, ALGORITHMS)
     check_name("overlap", overlap, OVERLAPS)
     name = "half-space" if algorithm == "homogeneous" else algorithm
-    if name not in PAINTERS:
+    if in_order and name not in PAINTERS:
         raise InputError(f"algorithm = {algorithm!r}: it sweeps over all triangles at once and cannot paint them in order")
     sampling = make_sampling((width, height), sample_offsets(1, bits)[0], rule=rule, cull=cull, subpixel_bits=bits)
     return name, bits, sampling

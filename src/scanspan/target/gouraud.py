@@ -33,7 +33,16 @@ from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Intege
 from scanspan.target.blend import ONE, blend_over
 from scanspan.target.color_runs import color_rows
 from scanspan.target.paint import PAINTERS
-from scanspan.target.planes import OPAQUE, SHADE_LANES, SURE, channel_code, channel_plane, start_planes, sure_code
+from scanspan.target.planes import (
+    OPAQUE,
+    SHADE_LANES,
+    SURE,
+    channel_code,
+    channel_plane,
+    corner_values,
+    start_planes,
+    sure_code,
+)
 from scanspan.target.triangles import fill_rows, lie_deep, measure_boxes, run_flat, share_rows
 
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
@@ -100,12 +109,15 @@ def start_shade(
     start1, start2 = np.float64(e1), np.float64(e2)
     right1, right2 = np.float64(a1 << subpixel_bits), np.float64(a2 << subpixel_bits)
     down1, down2 = np.float64(b1 << subpixel_bits), np.float64(b2 << subpixel_bits)
-    red, red_right, red_base, red_part = channel_plane(colors, n, 0, start1, start2, right1, right2)
-    green, green_right, green_base, green_part = channel_plane(colors, n, 1, start1, start2, right1, right2)
-    blue, blue_right, blue_base, blue_part = channel_plane(colors, n, 2, start1, start2, right1, right2)
-    red_down = channel_plane(colors, n, 0, down1, down2, 0.0, 0.0)[0]
-    green_down = channel_plane(colors, n, 1, down1, down2, 0.0, 0.0)[0]
-    blue_down = channel_plane(colors, n, 2, down1, down2, 0.0, 0.0)[0]
+    reds, greens, blues = (
+        corner_values(colors, n, p, q, r, 0), corner_values(colors, n, p, q, r, 1), corner_values(colors, n, p, q, r, 2),
+    )  # fmt: skip
+    red, red_right, red_base, red_part = channel_plane(*reds, start1, start2, right1, right2)
+    green, green_right, green_base, green_part = channel_plane(*greens, start1, start2, right1, right2)
+    blue, blue_right, blue_base, blue_part = channel_plane(*blues, start1, start2, right1, right2)
+    red_down = channel_plane(*reds, down1, down2, 0.0, 0.0)[0]
+    green_down = channel_plane(*greens, down1, down2, 0.0, 0.0)[0]
+    blue_down = channel_plane(*blues, down1, down2, 0.0, 0.0)[0]
     return (
         1.0 / np.float64(area), red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base,
         green_part, blue, blue_right, blue_down, blue_base, blue_part,
@@ -113,8 +125,8 @@ def start_shade(
 
 
 @bare_helper
-def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j: Integer) -> None:
-    """Colour one pixel of a box, (i, j) from its first; a masked store, as of flat colours."""
+def shade_word(shade: Any, i: Integer, j: Integer) -> np.int32:
+    """Return the colour of a pixel of a box, (i, j) from its first."""
     (
         inverse, red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base, green_part, blue,
         blue_right, blue_down, blue_base, blue_part,
@@ -125,8 +137,15 @@ def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j
         + (sure_code(green + y * green_down, green_right, green_base, green_part, inverse, i) << 8)
         + (sure_code(blue + y * blue_down, blue_right, blue_base, blue_part, inverse, i) << 16)
     )
+    return np.int32(word - OPAQUE)
+
+
+@bare_helper
+def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j: Integer) -> None:
+    """Colour one pixel of a box; a masked store, as of flat colours."""
+    word = shade_word(shade, i, j)
     if inside:
-        row[q] = np.int32(word - OPAQUE)
+        row[q] = word
 
 
 @bare_kernel
@@ -162,7 +181,8 @@ def lay_lists(
                 )
                 color = np.int64(255) << 24 if channels == 3 else np.int64(0)
                 for k in range(channels):
-                    start, step, base, part = channel_plane(colors, n, k, e1, e2, step1, step2)
+                    values = corner_values(colors, n, 0, 1, 2, k)
+                    start, step, base, part = channel_plane(*values, e1, e2, step1, step2)
                     color += channel_code(start, step, base, part, inverse, 0) << (8 * k)
                 blend_over(pixels[y_start + j], x_start + i, color, ONE, is_linear)
             lists[j, i, 0] = 0

@@ -49,13 +49,18 @@ def start_planes(
 
 @bare_helper
 def channel_plane(
-    colors: Array, n: Integer, k: int, e1: float, e2: float, step1: float, step2: float
+    u0: float, u1: float, u2: float, e1: float, e2: float, step1: float, step2: float
 ) -> tuple[float, float, float, float]:
-    """Return a channel of a run of pixels as base + floor((start + i step) / 2A + part)."""
-    u0 = np.float64(colors[n, 0, k])
-    d1, d2 = np.float64(colors[n, 1, k]) - u0, np.float64(colors[n, 2, k]) - u0
+    """Return a channel of a run of pixels, from its values at three corners, as base + floor((start + i step) / 2A + part)."""
+    d1, d2 = u1 - u0, u2 - u0
     base = np.floor(u0 + 0.5)
     return e1 * d1 + e2 * d2, step1 * d1 + step2 * d2, base, (u0 + 0.5 - base) + MARGIN
+
+
+@bare_helper
+def corner_values(colors: Array, n: Integer, p: Integer, q: Integer, r: Integer, k: int) -> tuple[float, float, float]:
+    """Return channel k of three corners of triangle n."""
+    return np.float64(colors[n, p, k]), np.float64(colors[n, q, k]), np.float64(colors[n, r, k])
 
 
 @bare_helper

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import Event
+from typing import Any
 
 import numpy as np
 
@@ -80,20 +81,20 @@ def row_costs(vertices: Float64Array, height: int) -> Float64Array:
 
 
 def run_rows(
-    kernel: Callable[..., None], target: Int32Array, vertices: Float64Array, values: Array, sampling: Sampling, stop: Event
+    kernel: Callable[..., None], target: Any, vertices: Float64Array, values: Any, sampling: Sampling, stop: Event
 ) -> None:
     """Run a kernel for the rows of a sampling, which target begins with, in chunks so that an interrupt is noticed.
 
     Parameters
     ----------
     kernel : flat_words, or another of the same form.
-    target : (h, W) int32.
+    target : (h, W) int32, or what else the kernel writes.
     vertices : (N, 3, 2) corners in pixels, checked.
     values : (N, ...), as the kernel takes them.
     sampling : with the rows of one band.
     stop : set where no more is wanted.
     """
-    count, room = len(vertices), np.empty((3, max(len(target), LISTED)), np.int64)
+    count, room = len(vertices), np.empty((3, max(sampling.y_end - sampling.y_start, LISTED)), np.int64)
     for first in range(0, count, CHUNK):
         if not stop.is_set():
             kernel(target, vertices, values, room, sampling.y_start, first, min(first + CHUNK, count), sampling)

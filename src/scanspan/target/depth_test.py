@@ -1,0 +1,164 @@
+"""A depth test on a canvas: of triangles with a depth at each corner, what is nearer is seen, and not what is later.
+
+The depth of a sample is the one that `rasterize` gives, from the same exact edge values, rounded once to float32. A triangle is
+seen where it is larger than what is there already; of equal depths, the first stays. So a canvas has a depth for each pixel,
+and calls that follow each other, and pictures from elsewhere with their depths, hide each other like triangles of one call.
+
+There are two ways, which give the same bits. Half-space draws small triangles straight into pixels and depths, each sample
+tested and coloured where it is drawn: to find out first what is seen of them costs more than to colour all. All others, and all
+other algorithms, find out first: they draw into keys, as for `rasterize`, and what is seen is coloured by number afterwards.
+
+Triangles that jump about the picture wait for the memory at every row. So they are taken in a few bands of rows that stay in
+the cache; each band looks at all triangles (docs/decisions/0020-depth-on-a-canvas.md has the measurements).
+
+Source: E. Catmull 1974 for the depth buffer.
+"""
+
+from __future__ import annotations
+
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from scanspan.geometry.project import screen_triangles
+from scanspan.jit import bare_helper, bare_kernel, inline_kernel, kernel
+from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run, run_bands
+from scanspan.raster.flat import scan_flat, topmost_first
+from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
+from scanspan.target.color_runs import color_rows
+from scanspan.target.gouraud import crop, shade_word, start_shade
+from scanspan.target.planes import SHADE_LANES, SURE
+from scanspan.target.triangles import measure_boxes, run_rows, share_rows
+
+SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are tested where they are drawn
+BAND_BYTES = 1 << 22  # of pixels and depths in one band, where triangles come in no order
+
+
+@inline_kernel
+def two_rows(target: tuple[Int32Array, Float32Array], start: Integer, end: Integer) -> tuple[Int32Array, Float32Array]:
+    """Return some pixels of an image, (H W,), and their depths."""
+    return target[0][start:end], target[1][start:end]
+
+
+@bare_helper
+def start_deep(
+    values: tuple[Float64Array, UInt8Array], n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer,
+    f1: Integer, f2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
+) -> Any:  # fmt: skip
+    """Return the plane of depth over a box, in the terms that set_up_triangle has, and the planes of colour.
+
+    Needs   p is the corner that comes first in (y, x); which of the others is which makes no difference to the sums.
+    """
+    depths, colors = values
+    scale, unit = 1.0 / np.float64(area), np.float64(np.int64(1) << subpixel_bits)
+    slope1, slope2 = (depths[n, q] - depths[n, p]) * scale, (depths[n, r] - depths[n, p]) * scale
+    rest1, rest2 = np.float64(e1 - (f1 << subpixel_bits)), np.float64(e2 - (f2 << subpixel_bits))
+    depth = depths[n, p] + (rest1 * slope1 + rest2 * slope2)
+    shade = start_shade(colors, n, p, q, r, e1, e2, f1, f2, a1, a2, b1, b2, area, subpixel_bits)
+    return (
+        depth, slope1 * unit, slope2 * unit, np.float64(f1), np.float64(f2), np.float64(a1), np.float64(a2), np.float64(b1),
+        np.float64(b2), shade,
+    )  # fmt: skip
+
+
+@bare_helper
+def write_deep(row: tuple[Int32Array, Float32Array], k: int, inside: bool, value: Any, i: Integer, j: Integer) -> None:
+    """Colour one pixel of a box, (i, j) from its first, where it is nearer than what is there; two masked stores."""
+    words, depths = row
+    start, slope1, slope2, f1, f2, a1, a2, b1, b2, shade = value
+    x, y = np.float64(i), np.float64(j)
+    depth = np.float32((start + (((f1 + y * b1) + x * a1) * slope1 + ((f2 + y * b2) + x * a2) * slope2)) + 0.0)
+    word = shade_word(shade, i, j)
+    if inside and depth > depths[k]:  # in this order: a lane beyond the box may lie beyond the picture
+        words[k], depths[k] = word, depth
+
+
+@bare_kernel
+def deep_words(
+    target: tuple[Int32Array, Float32Array], vertices: Float64Array, values: tuple[Float64Array, UInt8Array], room: Int64Array,
+    top: int, first: int, last: int, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Half-space into (H, W) words of 32 bits and (H, W) depths, shaded between the corners.
+
+    Shapes  values: depths (N, 3) and colors (N, 3, 3) or (N, 3, 4).
+    Needs   sums of edge values times colours fit.
+    """
+    words, depths = target
+    width, size = np.int64(words.shape[1]), words.shape[0] * words.shape[1]
+    flat = (words.reshape(size), depths.reshape(size))
+    scan_flat(
+        topmost_first, start_deep, write_deep, two_rows, SHADE_LANES, flat, width, vertices, values, room, top, first, last,
+        sampling,
+    )  # fmt: skip
+
+
+@kernel
+def keep_nearer(keys: Int64Array, depths: Float32Array, numbers: Int32Array) -> None:
+    """Keep the depths of keys that are nearer than what is there, and tell whose they are.
+
+    Shapes  keys: (h, w); depths: (h, w), written; numbers: (h, w), written: one more than the slot of the key, or 0.
+    """
+    for j in range(keys.shape[0]):
+        for i in range(keys.shape[1]):
+            key = keys[j, i]
+            depth = unpack_depth(key)
+            is_nearer = (key != EMPTY_KEY) & (depth > depths[j, i])
+            depths[j, i] = depth if is_nearer else depths[j, i]
+            numbers[j, i] = np.int32(unpack_number(key) + 1) if is_nearer else np.int32(0)
+
+
+def paint_by_keys(
+    words: Int32Array, depth: Float32Array, vertices: Float64Array, depths: Float64Array, colors: Array, algorithm: str,
+    sampling: Sampling, threads: int,
+) -> None:  # fmt: skip
+    """Find out which triangle is nearest at each pixel, then colour what is seen; the parameters are those of paint_deep."""
+    screen = screen_triangles(vertices, sampling.subpixel_bits)._replace(depth=depths.reshape(-1))
+    found = crop(screen, sampling)
+    if found is None:
+        return
+    screen, within, x_start, y_start = found
+    keys = np.full((within.y_end, within.x_end), EMPTY_KEY)
+    run(algorithm, "rows", "keys", keys, screen, within, threads)
+    below, numbers = depth[y_start : y_start + within.y_end, x_start : x_start + within.x_end], np.empty(keys.shape, np.int32)
+
+    def color_band(row: int, row_end: int, stop: Event) -> None:
+        """Test and colour the rows of one band."""
+        keep_nearer(keys[row:row_end], below[row:row_end], numbers[row:row_end])
+        color_rows(words, numbers, (x_start, y_start), (row, row_end), vertices, colors, sampling)
+
+    run_bands(color_band, within.y_end, 1 if keys.size < SMALL_IMAGE else threads)
+
+
+def paint_deep(
+    pixels: UInt8Array, depth: Float32Array, vertices: Float64Array, depths: Float64Array, colors: Array, algorithm: str,
+    sampling: Sampling, threads: int,
+) -> None:  # fmt: skip
+    """Paint opaque triangles with depths and colours at their corners over pixels, where they are nearer than these.
+
+    Parameters
+    ----------
+    pixels, depth : (H, W, 4) and (H, W); both are written.
+    vertices : (N, 3, 2) corners in pixels, checked.
+    depths : (N, 3), finite; the larger the nearer.
+    colors : (N, 3, 3) or (N, 3, 4), uint8, or float64 0..255.
+    algorithm : a name of ALGORITHMS, "homogeneous" excepted.
+    sampling : of the whole image.
+    threads : how many share the rows.
+    """
+    words, count = pixels.view(np.int32)[..., 0], len(vertices)
+    longest, total = measure_boxes(vertices, np.inf, np.inf)
+    is_sure = colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE
+    if algorithm != "half-space" or not is_sure or total > SMALL_BOX * count:
+        paint_by_keys(words, depth, vertices, depths, colors, algorithm, sampling, threads)
+        return
+
+    def paint_band(y_start: int, y_end: int, stop: Event) -> None:
+        """Paint the rows of one band."""
+        target, within = (words[y_start:y_end], depth[y_start:y_end]), sampling._replace(y_start=y_start, y_end=y_end)
+        run_rows(deep_words, target, vertices, (depths, colors), within, stop)
+
+    size = words.nbytes + depth.nbytes
+    is_near = are_in_order(lambda some: vertices[some, 0, 1], count, len(words))
+    share_rows(paint_band, words.shape, vertices, threads, 1 if is_near else -(-size // BAND_BYTES))
