@@ -30,6 +30,29 @@ def canvas_entry(scene: FlatScene) -> Entry:
     return Entry(nothing, draw, first_colors, "colors")
 
 
+def deep_canvas_entry(scene: FlatScene) -> Entry:
+    """Return `Canvas.triangles` with depths, which paints into two arrays that are cleared each time."""
+    import scanspan
+
+    assert scene.depths is not None
+    picture = np.zeros((scene.size[1], scene.size[0], 4), dtype=np.uint8)
+    depth = np.empty(picture.shape[:2], dtype=np.float32)
+    canvas = scanspan.Canvas.from_array(picture, depth, threads=1)
+    held: list[NDArray[np.float32]] = []
+
+    def convert() -> None:
+        assert scene.depths is not None
+        held[:] = [-scene.depths]  # what is nearer is larger
+
+    def draw() -> Arrays:
+        picture.fill(0)
+        depth.fill(-np.inf)
+        canvas.triangles(scene.vertices, scene.colors, depths=held[0])
+        return picture, depth
+
+    return Entry(convert, draw, first_colors, "colors")
+
+
 def pillow_entry(scene: FlatScene) -> Entry:
     """Return Pillow's ImageDraw.polygon, called for each triangle."""
     image, drawing = load("PIL.Image", "pillow"), load("PIL.ImageDraw", "pillow")
@@ -188,6 +211,7 @@ def datashader_entry(scene: FlatScene) -> Entry:
 FLAT, SHADED = ("flat",), ("shaded",)
 PEERS = {
     "scanspan Canvas.triangles": Peer(canvas_entry, FLAT + SHADED, "RGBA; exact top-left, 8 sub-pixel bits, painted in order"),
+    "scanspan Canvas.triangles with depths": Peer(deep_canvas_entry, ("deep",), "RGBA and float32 depth; exact top-left"),
     "Pillow polygon": Peer(pillow_entry, FLAT, "RGBA; whole pixels, fills the outline too"),
     "Skia drawPath": Peer(skia_path_entry, FLAT, "RGBA; pixel centres, sub-pixel bits of its own"),
     "Skia drawVertices": Peer(skia_vertices_entry, FLAT + SHADED, "RGBA; pixel centres, sub-pixel bits of its own"),
