@@ -92,7 +92,8 @@ def corner_normals(positions: Float64Array, triangles: Int32Array, source: Array
     offsets = np.zeros(len(points) + 1, dtype=np.int64)
     members = np.empty(3 * count, dtype=np.int64)
     group_corners(first, corners, offsets, members)
-    sum_corners(offsets, members, faces, face_units, angles, _least_cosine(crease_angle), normals)
+    cells = np.zeros((6 * _SIDE * _SIDE, 4))
+    sum_corners(offsets, members, faces, face_units, angles, _least_cosine(crease_angle), cells, normals)
     return normals
 
 
@@ -330,16 +331,17 @@ def sum_corners(
     units: Float64Array,
     angles: Float64Array,
     least_cosine: float,
+    cells: Float64Array,
     normals: Float32Array,
 ) -> None:
     """Sum the normals around each position that lie within the crease angle of each corner's own.
 
-    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). normals: (T, 3, 3) float32, written.
+    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). cells: (1536, 4), room for directions.
+            normals: (T, 3, 3) float32, written.
     Rule    a face shares a normal with itself, and with faces whose cosine to it is above least_cosine.
     Needs   units of length one or zero.
     Cost    O(corners x corners at a position), 64 at most, or 1536 directions.
     """
-    cells = np.zeros((6 * _SIDE * _SIDE, 4))
     for p in range(len(offsets) - 1):
         start, end = offsets[p], offsets[p + 1]
         many = end - start > _MANY
