@@ -20,9 +20,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 import numba.core.config
-from numba.core import caching, event
+from numba.core import caching, event, registry
 from numba.core.runtime import nrt
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -110,9 +109,9 @@ class KernelCache(caching._Cache):
         with self._on_disk._guard_against_spurious_io_errors():
             return self._on_disk._load_overload(sig, target_context)
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: Any, cres: Any) -> None:
         """Keep what was compiled."""
-        self._on_disk.save_overload(sig, data)
+        self._on_disk.save_overload(sig, cres)
 
     @property
     def cache_path(self) -> str:
@@ -132,10 +131,35 @@ class KernelCache(caching._Cache):
         self._on_disk.flush()
 
 
-def _declare(function: Function, is_cached: bool = False, **options: Any) -> Function:
-    """Declare a kernel."""
-    declared: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    if is_cached and declared is not function:  # as it is where numba is told to compile nothing
+class PartDispatcher(registry.CPUDispatcher):
+    """A kernel that other kernels call, and Python does not, so that it is compiled without the code that Python calls it by.
+
+    To make that for every part of a kernel took a fifth of the time until the first picture. Where Python does call one, as
+    tests and lectures do, it is compiled once more, with that code.
+    """
+
+    @cached_property
+    def _whole(self) -> Any:
+        """The same function as Python may call it."""
+        return registry.CPUDispatcher(self.py_func, targetoptions=self.targetoptions | {"no_cpython_wrapper": False})
+
+    def add_overload(self, cres: Any) -> None:
+        """Keep what was compiled for kernels, and from Python, which would call what is not there."""
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        """Return what Python is to call, which asks here as often as it calls, as no machine code was kept for it."""
+        return self._whole
+
+
+def _declare(function: Function, is_part: bool = False, is_cached: bool = False, **options: Any) -> Function:
+    """Declare a kernel; without the code by which C would call it, and where it is part of others, without that for Python."""
+    if config.DISABLE_JIT:
+        return function
+    options |= {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": None}
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": is_part}
+    declared: Any = (PartDispatcher if is_part else registry.CPUDispatcher)(function, targetoptions=options)
+    if is_cached:
         declared._cache = KernelCache(function)
     return cast(Function, declared)
 
@@ -152,7 +176,12 @@ def inline_kernel(function: Function) -> Function:
 
 def helper_kernel(function: Function) -> Function:
     """Declare a small kernel that the compiler must paste into the machine code of whoever calls it."""
-    return _declare(function, forceinline=True)
+    return _declare(function, is_part=True, forceinline=True)
+
+
+def part_kernel(function: Function) -> Function:
+    """Declare a kernel that only kernels call, too large to be pasted into them; it is cached as they are."""
+    return _declare(function, is_part=True, is_cached=True)
 
 
 def bare_kernel(function: Function) -> Function:
@@ -164,9 +193,14 @@ def bare_kernel(function: Function) -> Function:
     return _declare(function, is_cached=True, _nrt=False)
 
 
+def bare_part(function: Function) -> Function:
+    """Declare a bare kernel that only kernels call."""
+    return _declare(function, is_part=True, is_cached=True, _nrt=False)
+
+
 def bare_helper(function: Function) -> Function:
     """Declare a helper kernel for bare kernels: pasted into them, and as bare as they are."""
-    return _declare(function, forceinline=True, _nrt=False)
+    return _declare(function, is_part=True, forceinline=True, _nrt=False)
 
 
 def log_compile() -> None:
@@ -207,6 +241,11 @@ event.register("numba:compile", _LISTENER)
 def on_first_compile(announce: Callable[[], None]) -> None:
     """Call `announce` when a kernel is about to be compiled in this process for the first time, in the place of a log entry."""
     _LISTENER.announce = announce
+
+
+def has_kernels() -> bool:
+    """Say whether any kernel was ever compiled here; if not, all that a picture needs will have to be."""
+    return os.path.isdir(CACHE_FOLDER)
 
 
 def compile_seconds() -> float:

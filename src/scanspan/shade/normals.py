@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from scanspan.jit import kernel
+from scanspan.jit import kernel, part_kernel
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array
 
 # Beyond this many corners at one position their normals are gathered by direction.
@@ -271,7 +271,7 @@ def group_corners(first: Int32Array, corners: Int32Array, offsets: Int64Array, m
         members[offsets[place]] = i
 
 
-@kernel
+@part_kernel
 def direction_cell(x: float, y: float, z: float) -> int:
     """Return the number of the direction, out of 6 x 16 x 16, that a vector points along: its square on the faces of a cube.
 
@@ -289,7 +289,7 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return (face * _SIDE + row) * _SIDE + column
 
 
-@kernel
+@part_kernel
 def gather_directions(
     start: int, end: int, members: Int64Array, faces: Int32Array, units: Float64Array, angles: Float64Array, cells: Float64Array
 ) -> int:
@@ -336,7 +336,7 @@ def sum_corners(
 ) -> None:
     """Sum the normals around each position that lie within the crease angle of each corner's own.
 
-    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). cells: (1536, 4), room for directions.
+    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). cells: (1536, 4), room.
             normals: (T, 3, 3) float32, written.
     Rule    a face shares a normal with itself, and with faces whose cosine to it is above least_cosine.
     Needs   units of length one or zero.
