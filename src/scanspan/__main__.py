@@ -2,9 +2,9 @@
 
 It imports the rest where Ctrl-C is caught already, so that one in the first moments ends as later ones do.
 
-Python looks for cycles of garbage after every 700 new objects, and once more in all that there is when it ends. A start makes
-some 500,000 objects that stay, most of them numba's, and the looking took a third of its time. So a command looks seldom, and
-not at its end, where all memory is given back at once (docs/decisions/0019-starts.md).
+Python looks for cycles of garbage after every few hundred new objects, and once more in all that there is when it ends. A start
+makes some 100,000 objects that stay, most of them numba's, and the looking took a third of its time. So a command looks seldom,
+and not at its end, where all memory is given back at once (docs/decisions/0019-starts.md).
 """
 
 from __future__ import annotations
