@@ -259,7 +259,8 @@ def kernels() -> list[tuple[str, str]]:
     return [
         (".".join(path.relative_to(ROOT / "src").with_suffix("").parts), name)
         for path in python_files("src")
-        for name in decorated(path, "kernel")
+        for decorator in ("kernel", "part_kernel", "bare_kernel", "bare_part")
+        for name in decorated(path, decorator)
     ]
 
 
@@ -267,7 +268,7 @@ def test_every_kernel_is_kept_on_disk() -> None:
     assert kernels(), "no kernels were found"
     for module, name in kernels():
         declared = getattr(importlib.import_module(module), name)
-        assert type(declared._cache).__name__ == "FunctionCache", f"{module}.{name} is compiled again in every process"
+        assert type(declared._cache).__name__ == "KernelCache", f"{module}.{name} is compiled again in every process"
 
 
 RENDER_AND_COUNT = """

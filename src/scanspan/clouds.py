@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.assets.camera import Camera
-from scanspan.assets.cloud import PointCloud
 from scanspan.assets.framing import parse_up
 from scanspan.assets.scene import Instance, Scene
 from scanspan.errors import InputError, LimitError, unknown_name
@@ -47,7 +46,6 @@ class CloudLook(NamedTuple):
     shape: str
     color_by: str
     strength: float  # of eye-dome lighting
-    is_asked_for: bool = False  # whether anything but the defaults is
     reach: int = 1  # pixels to the nearest neighbour of eye-dome lighting
 
 
@@ -64,12 +62,7 @@ class Part(NamedTuple):
     most: float  # pixels, the largest radius
 
 
-def is_cloud_scene(scene: Scene) -> bool:
-    """Say whether a scene holds point clouds and nothing else."""
-    return bool(scene.instances) and all(isinstance(one.geometry, PointCloud) for one in scene.instances)
-
-
-def check_cloud_look(point_size: Any, point_shape: Any, color_by: Any, eye_dome: Any) -> CloudLook:
+def check_cloud_look(point_size: Any = None, point_shape: Any = None, color_by: Any = None, eye_dome: Any = None) -> CloudLook:
     """Return how points are to be shown, or raise an InputError that quotes what cannot be."""
     if isinstance(point_size, str):
         if point_size not in SIZES:
@@ -86,9 +79,8 @@ def check_cloud_look(point_size: Any, point_shape: Any, color_by: Any, eye_dome:
     strength = float(flag) if isinstance(flag, (bool, np.bool_)) else flag
     if not _is_number(strength) or not 0.0 <= strength <= 100.0:
         raise InputError(f"eye_dome = {quote(eye_dome)}: expected True, False or a strength from 0 to 100")
-    is_asked_for = any(one is not None for one in (point_size, point_shape, color_by, eye_dome))
     length = point_size if point_size is None or isinstance(point_size, str) else float(point_size)
-    return CloudLook(length, shape, choice, float(strength), is_asked_for)
+    return CloudLook(length, shape, choice, float(strength))
 
 
 def _is_number(value: Any) -> bool:

@@ -16,12 +16,13 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
-import numba
 import numba.core.config
-from numba.core import event
+from numba.core import caching, event, registry
+from numba.core.runtime import nrt
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -80,20 +81,92 @@ def cache_folder() -> str:
 CACHE_FOLDER = cache_folder()
 
 
-def _declare(function: Function, **options: Any) -> Function:
-    """Declare a kernel with the cache folder in force for this declaration alone, so that other users of numba keep theirs."""
-    before = config.CACHE_DIR
-    try:
-        config.CACHE_DIR = CACHE_FOLDER
-        declared: Function = numba.njit(nogil=True, error_model="numpy", **options)(function)
-        return declared
-    finally:
-        config.CACHE_DIR = before
+class KernelCache(caching._Cache):
+    """The machine code of one kernel on disk: numba's own cache, made when the kernel is first called, and quicker to load.
+
+    Before numba looks for a kernel on disk it prepares itself for compiling: it imports, and registers, what it knows of all
+    functions of Python and NumPy (SciPy too, where it is installed). That takes longer than all else in a start, and longer
+    again when Python ends; to load machine code takes no more than the part of it that allocates arrays. The rest is done
+    by the compiler itself where a kernel is not found. docs/decisions/0019-starts.md.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+
+    @cached_property
+    def _on_disk(self) -> Any:
+        """The cache of numba, which looks for the folder in force when it is made; other users of numba keep theirs."""
+        before = config.CACHE_DIR
+        try:
+            config.CACHE_DIR = CACHE_FOLDER
+            return caching.FunctionCache(self._function)
+        finally:
+            config.CACHE_DIR = before
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the kernel compiled for some types of arguments, or None where it is not on disk."""
+        nrt.rtsys.initialize(target_context)
+        with self._on_disk._guard_against_spurious_io_errors():
+            return self._on_disk._load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, cres: Any) -> None:
+        """Keep what was compiled."""
+        self._on_disk.save_overload(sig, cres)
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(self._on_disk.cache_path)
+
+    def enable(self) -> None:
+        """Use what is on disk, as at first."""
+        self._on_disk.enable()
+
+    def disable(self) -> None:
+        """Use nothing that is on disk."""
+        self._on_disk.disable()
+
+    def flush(self) -> None:
+        """Forget what is on disk."""
+        self._on_disk.flush()
+
+
+class PartDispatcher(registry.CPUDispatcher):
+    """A kernel that other kernels call, and Python does not, so that it is compiled without the code that Python calls it by.
+
+    To make that for every part of a kernel took a fifth of the time until the first picture. Where Python does call one, as
+    tests and lectures do, it is compiled once more, with that code.
+    """
+
+    @cached_property
+    def _whole(self) -> Any:
+        """The same function as Python may call it."""
+        return registry.CPUDispatcher(self.py_func, targetoptions=self.targetoptions | {"no_cpython_wrapper": False})
+
+    def add_overload(self, cres: Any) -> None:
+        """Keep what was compiled for kernels, and from Python, which would call what is not there."""
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        """Return what Python is to call, which asks here as often as it calls, as no machine code was kept for it."""
+        return self._whole
+
+
+def _declare(function: Function, is_part: bool = False, is_cached: bool = False, **options: Any) -> Function:
+    """Declare a kernel; without the code by which C would call it, and where it is part of others, without that for Python."""
+    if config.DISABLE_JIT:
+        return function
+    options |= {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": None}
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": is_part}
+    declared: Any = (PartDispatcher if is_part else registry.CPUDispatcher)(function, targetoptions=options)
+    if is_cached:
+        declared._cache = KernelCache(function)
+    return cast(Function, declared)
 
 
 def kernel(function: Function) -> Function:
     """Declare a kernel: compiled on first use, cached on disk, and it lets other threads run."""
-    return _declare(function, cache=True)
+    return _declare(function, is_cached=True)
 
 
 def inline_kernel(function: Function) -> Function:
@@ -103,7 +176,12 @@ def inline_kernel(function: Function) -> Function:
 
 def helper_kernel(function: Function) -> Function:
     """Declare a small kernel that the compiler must paste into the machine code of whoever calls it."""
-    return _declare(function, forceinline=True)
+    return _declare(function, is_part=True, forceinline=True)
+
+
+def part_kernel(function: Function) -> Function:
+    """Declare a kernel that only kernels call, too large to be pasted into them; it is cached as they are."""
+    return _declare(function, is_part=True, is_cached=True)
 
 
 def bare_kernel(function: Function) -> Function:
@@ -112,12 +190,17 @@ def bare_kernel(function: Function) -> Function:
     Counting is an atomic operation for every array at every call within a loop; where a kernel is many small functions, that
     can be four fifths of its time (docs/decisions/0011-area.md). Its callers hold the arrays. It is cached as kernels are.
     """
-    return _declare(function, cache=True, _nrt=False)
+    return _declare(function, is_cached=True, _nrt=False)
+
+
+def bare_part(function: Function) -> Function:
+    """Declare a bare kernel that only kernels call."""
+    return _declare(function, is_part=True, is_cached=True, _nrt=False)
 
 
 def bare_helper(function: Function) -> Function:
     """Declare a helper kernel for bare kernels: pasted into them, and as bare as they are."""
-    return _declare(function, forceinline=True, _nrt=False)
+    return _declare(function, is_part=True, forceinline=True, _nrt=False)
 
 
 def log_compile() -> None:
@@ -158,6 +241,11 @@ event.register("numba:compile", _LISTENER)
 def on_first_compile(announce: Callable[[], None]) -> None:
     """Call `announce` when a kernel is about to be compiled in this process for the first time, in the place of a log entry."""
     _LISTENER.announce = announce
+
+
+def has_kernels() -> bool:
+    """Say whether any kernel was ever compiled here; if not, all that a picture needs will have to be."""
+    return os.path.isdir(CACHE_FOLDER)
 
 
 def compile_seconds() -> float:

@@ -8,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scanspan.assets.buffers import check_clip, check_screen_triangles, check_values
 from scanspan.assets.camera import Camera
+from scanspan.assets.cloud import PointCloud
 from scanspan.assets.framing import parse_up
 from scanspan.assets.lens import check_size
 from scanspan.assets.scene import GEOMETRIES, Geometry, Instance, Scene
-from scanspan.clouds import check_cloud_look, is_cloud_scene, render_clouds
 from scanspan.errors import InputError, LimitError
 from scanspan.geometry.assemble import assemble
 from scanspan.geometry.clip import to_screen
@@ -26,7 +26,6 @@ from scanspan.geometry.outlines import to_screen_with_polygons
 from scanspan.geometry.project import screen_triangles
 from scanspan.homogeneous import quote
 from scanspan.raster.algorithms import check_algorithm, run, run_each
-from scanspan.raster.homogeneous_edges import without_clipping
 from scanspan.raster.options import OffscreenPoint, check_flag, check_number, check_subpixel_bits, check_threads, make_sampling
 from scanspan.records import DrawList, ScreenPolygons, ScreenTriangles
 from scanspan.samples import sample_offsets
@@ -47,6 +46,9 @@ from scanspan.target.visibility import (
     interpolate_visible,
     rasterize_triangles,
 )
+
+if TYPE_CHECKING:
+    from scanspan.clouds import CloudLook
 
 MAX_PIXELS = 1 << 28  # of an image by default; buffers take some 50 bytes a pixel
 
@@ -155,7 +157,7 @@ def render(
     sides, pictures, lines = check_flag("two_sided", two_sided), check_flag("textures", textures), check_flag("edges", edges)
     clear = check_flag("translucency", translucency)
     check_lighting(lights)
-    points = check_cloud_look(point_size, point_shape, color_by, eye_dome)
+    points = check_points(point_size, point_shape, color_by, eye_dome)
 
     # Assets: what is there, from where it is seen, and how it is to look.
     scene = as_scene(scene)
@@ -163,14 +165,16 @@ def render(
     look = Look(shading, angle, sides, pictures, lines, width, linear_color(edge_color), clear, lighting)
     sky = parse_up(scene.up if up is None else up)
     camera = as_camera(camera, scene, up, options.size)
-    if is_cloud_scene(scene):
+    if scene.instances and all(isinstance(one.geometry, PointCloud) for one in scene.instances):
+        from scanspan.clouds import check_cloud_look, render_clouds
+
         check_pixels(size, max_pixels)  # rows that go to a file are made all at once
         frame = render_clouds(
-            scene, camera, options.size, points, offsets=offsets / (1 << bits), background=behind, blend=blend, up=sky,
-            threads=options.threads,
+            scene, camera, options.size, points or check_cloud_look(), offsets=offsets / (1 << bits), background=behind,
+            blend=blend, up=sky, threads=options.threads,
         )  # fmt: skip
         return frame if sink is None else write_whole(frame.color, sink)
-    if points.is_asked_for:
+    if points is not None:
         raise InputError("point_size, point_shape, color_by and eye_dome are for scenes of point clouds alone")
 
     # Geometry: triangles on the screen.
@@ -193,6 +197,15 @@ def render(
         color, centre, draw, screen, scene=scene, camera=camera, options=options, look=look, counters=counters,
         polygons=polygons,
     )  # fmt: skip
+
+
+def check_points(*choices: Any) -> CloudLook | None:
+    """Return how points are to be shown, checked, or None if nothing is said of it; other scenes need no such import."""
+    if all(choice is None for choice in choices):
+        return None
+    from scanspan.clouds import check_cloud_look
+
+    return check_cloud_look(*choices)
 
 
 def as_scene(scene: Any) -> Scene:
@@ -281,8 +294,11 @@ def rasterize(
 
 def way_to_screen(options: RasterOptions) -> Callable[..., ScreenTriangles]:
     """Return what brings triangles to the screen: clipping, unless the algorithm does without, or whole pixels decide."""
-    unclipped = options.algorithm == "homogeneous" or options.coverage != "sample"
-    return without_clipping if unclipped else to_screen
+    if options.algorithm != "homogeneous" and options.coverage == "sample":
+        return to_screen
+    from scanspan.raster.homogeneous_edges import without_clipping
+
+    return without_clipping
 
 
 def to_triangles_and_polygons(

@@ -76,6 +76,10 @@ def run(request: Request, reporter: Reporter, helper: Helper) -> bytes | str:
     check_interrupt()
     reporter.stage("starting the compiler")
     reporter.await_kernels(lambda: helper.start(request))
+    from scanspan.jit import has_kernels
+
+    if not has_kernels():
+        helper.start(request)
     from scanspan.pipeline import MAX_PIXELS, check_pixels, render
     from scanspan.target.frame import FIELDS
     from scanspan.target.image import encode_image, image_format, write_bytes

@@ -2,12 +2,14 @@
 
 One process compiles one kernel at a time. So a second one compiles what shades while the first compiles what rasterizes, which
 takes as long; each finds on disk what the other has made. The second one draws the same pictures, but where kernels would write
-the nearest triangles it writes the first one everywhere: what is shaded then needs the same kernels. What it gives is not seen.
+the nearest triangles it writes the first one everywhere, and where they would find the normals of one picture it takes one for
+all: what is shaded then needs the same kernels. What it gives is not seen.
 """
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import pickle
 import subprocess
@@ -48,7 +50,8 @@ class Helper:
 
         if check_threads(None) < 2 or self.process is not None:
             return
-        command = [sys.executable, "-c", "from scanspan.cli.warming import serve; serve()"]
+        program = f"import gc; gc.set_threshold{gc.get_threshold()}; from scanspan.cli.warming import serve; serve()"
+        command = [sys.executable, "-c", program]
         with contextlib.suppress(OSError):  # then there is one process, as before
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
             if self.process.stdin is not None:
@@ -105,9 +108,19 @@ def show_first_triangle(algorithm: str, order: str, kind: str, target: Any, tria
     return np.zeros(COUNTERS, np.int64)
 
 
+def show_one_normal(positions: Any, triangles: Any, source: Any, crease_angle: float = 0.0) -> Any:
+    """Give all corners one normal, in the place of `shade.normals.corner_normals`, whose kernels the first process compiles."""
+    import numpy as np
+
+    normals = np.zeros((len(triangles), 3, 3), np.float32)
+    normals[..., 2] = 1.0
+    return normals
+
+
 def serve() -> None:
     """Be the second process: compile what shades, and tell which kernels that were."""
     from scanspan.jit import compile_seconds
+    from scanspan.shade import surface
     from scanspan.target import visibility
     from scanspan.view.metadata import compiled_kernels
 
@@ -121,6 +134,7 @@ def serve() -> None:
     else:
         from scanspan.cli.rendering import read_scene, render_view
 
+        vars(surface)["corner_normals"] = show_one_normal
         with Reporter() as reporter:
             shot = work.shot._replace(direction=work.views[0]) if work.views else work.shot
             frame, _ = render_view(read_scene(work, reporter), work._replace(metadata=None), shot, reporter, (64, 48))

@@ -6,19 +6,18 @@ threads gives the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from queue import SimpleQueue
 from threading import Event
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from scanspan.errors import InputError, unknown_name
-from scanspan.raster import blocks, edge_walk, half_space, homogeneous_edges, micropolygon, scanline, span_list, warnock
-from scanspan.raster import order as orders
+from scanspan.raster import half_space
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
@@ -51,43 +50,60 @@ COVERAGES = {
 KINDS = ("keys", "pairs", "hits", "tallies")  # the targets of raster/write.py
 
 
-def kernels_of(module: ModuleType, name: str, **shared: Callable[..., None]) -> dict[str, Callable[..., None]]:
-    """Return the kernels of a traversal by the kind of target that they write; some may be shared with others."""
-    return {kind: shared[kind] if kind in shared else getattr(module, f"{name}_{kind}") for kind in KINDS}
+class Kernels(Mapping[str, Callable[..., None]]):
+    """The kernels of a traversal by the kind of target that they write; their modules are imported when one is asked for.
+
+    Most pictures need one traversal, and a start should not wait for all of them. Some kernels may be another traversal's.
+
+    Examples
+    --------
+    >>> Kernels("warnock.warnock", hits="half_space.half_space_hits")["hits"].__name__
+    'half_space_hits'
+    """
+
+    def __init__(self, name: str, **shared: str) -> None:
+        self.names = {kind: f"{name}_{kind}" for kind in KINDS} | shared
+
+    def __getitem__(self, kind: str) -> Callable[..., None]:
+        """Return the kernel for a kind of target."""
+        module, name = self.names[kind].split(".")
+        kernel: Callable[..., None] = getattr(importlib.import_module(f"scanspan.raster.{module}"), name)
+        return kernel
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the kinds."""
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        """Return how many kinds there are."""
+        return len(self.names)
 
 
-def homogeneous_kernels(order: str) -> dict[str, Callable[..., None]]:
-    """Return the kernels of homogeneous rasterization in an order; what is counted lies on the screen and needs nothing new."""
-    hits = half_space.half_space_hits if order == "rows" else getattr(orders, f"{order}_hits")
-    return kernels_of(homogeneous_edges, f"homogeneous_{order}", hits=hits)
+def half_space_name(order: str) -> str:
+    """Return the module, and how the names of the kernels begin, of half-space rasterization in an order."""
+    return "half_space.half_space" if order == "rows" else f"order.{order}"
 
 
-def half_space_kernels(order: str) -> dict[str, Callable[..., None]]:
-    """Return the kernels of half-space rasterization in an order; tallies do not need to be fast."""
-    tallies = getattr(homogeneous_edges, f"homogeneous_{order}_tallies")
-    module, name = (half_space, "half_space") if order == "rows" else (orders, order)
-    return kernels_of(module, name, tallies=tallies)
-
-
-# The kernels of each algorithm, by the orders that it knows.
-HITS = scanline.scanline_hits
-WARNOCK, MICROPOLYGON = kernels_of(warnock, "warnock"), kernels_of(micropolygon, "micropolygon")
-KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
-    "half-space": {order: half_space_kernels(order) for order in ORDERS},
-    "homogeneous": {order: homogeneous_kernels(order) for order in ORDERS},
-    "edge-walk": {"rows": kernels_of(edge_walk, "edge_walk")},
-    "scanline-eval": {"rows": kernels_of(scanline, "scanline_eval", hits=HITS)},
-    "scanline-zrow": {"rows": kernels_of(scanline, "scanline_zrow", hits=HITS)},
-    "span-list": {"rows": kernels_of(span_list, "span_list", hits=HITS)},
-    "warnock": dict.fromkeys(ORDERS, WARNOCK),
-    "micropolygon": dict.fromkeys(ORDERS, MICROPOLYGON),
+# The kernels of each algorithm, by the orders that it knows. What is counted lies on the screen, so that homogeneous
+# rasterization needs no hits of its own; and tallies do not need to be fast, so that half-space rasterization borrows them.
+HOMOGENEOUS = {name: f"homogeneous_edges.homogeneous_{name}" for name in ORDERS}
+HITS = "scanline.scanline_hits"
+KERNELS: dict[str, dict[str, Mapping[str, Callable[..., None]]]] = {
+    "half-space": {name: Kernels(half_space_name(name), tallies=f"{HOMOGENEOUS[name]}_tallies") for name in ORDERS},
+    "homogeneous": {name: Kernels(HOMOGENEOUS[name], hits=f"{half_space_name(name)}_hits") for name in ORDERS},
+    "edge-walk": {"rows": Kernels("edge_walk.edge_walk")},
+    "scanline-eval": {"rows": Kernels("scanline.scanline_eval", hits=HITS)},
+    "scanline-zrow": {"rows": Kernels("scanline.scanline_zrow", hits=HITS)},
+    "span-list": {"rows": Kernels("span_list.span_list", hits=HITS)},
+    "warnock": dict.fromkeys(ORDERS, Kernels("warnock.warnock")),
+    "micropolygon": dict.fromkeys(ORDERS, Kernels("micropolygon.micropolygon")),
 }
 
 # The same where whole pixels decide: depths are held to the triangle's range.
-PIXEL_KERNELS: dict[str, dict[str, dict[str, Callable[..., None]]]] = {
+PIXEL_KERNELS: dict[str, dict[str, Mapping[str, Callable[..., None]]]] = {
     "half-space": KERNELS["homogeneous"],
     "homogeneous": KERNELS["homogeneous"],
-    "warnock": dict.fromkeys(ORDERS, kernels_of(warnock, "warnock_pixels", hits=WARNOCK["hits"])),
+    "warnock": dict.fromkeys(ORDERS, Kernels("warnock.warnock_pixels", hits="warnock.warnock_hits")),
 }
 
 NEVER = Event()  # to stop; what one thread does is not stopped by another
@@ -155,6 +171,8 @@ def are_worth_blocks(triangles: ScreenTriangles, sampling: Sampling) -> bool:
 
 def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
     """Scan-convert many triangles into keys with the kernel for blocks of them, in an order that stays near."""
+    from scanspan.raster import blocks
+
     near = NATURAL
     if count_passes(triangles, sampling, target.nbytes) > 1:
         across, down = (sampling.x_end >> CELL_BITS) + 1, (sampling.y_end >> CELL_BITS) + 1

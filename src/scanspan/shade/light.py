@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scanspan.homogeneous import finite_array, unit
-from scanspan.jit import kernel
+from scanspan.jit import kernel, part_kernel
 from scanspan.records import Float32Array
 
 # Linear light that reaches a surface from each side, red, green, blue: a sky a little cool, a ground a little warm.
@@ -143,7 +143,7 @@ def light(
             out[i, 3] = base[i, 3]
 
 
-@kernel
+@part_kernel
 def turn_normals(lanes: Float32Array, two_sided: int) -> None:
     """Bring the normals and the ways to the viewer of a block to length one, and turn the normals to the viewer.
 
@@ -179,7 +179,7 @@ def turn_normals(lanes: Float32Array, two_sided: int) -> None:
         lanes[6 * BLOCK + j] = facing * flip
 
 
-@kernel
+@part_kernel
 def weigh_lights(lanes: Float32Array, lights: Lights) -> None:
     """Compute how much of each light reaches the samples of a block.
 

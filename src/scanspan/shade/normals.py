@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from scanspan.jit import kernel
+from scanspan.jit import kernel, part_kernel
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array
 
 # Beyond this many corners at one position their normals are gathered by direction.
@@ -92,7 +92,8 @@ def corner_normals(positions: Float64Array, triangles: Int32Array, source: Array
     offsets = np.zeros(len(points) + 1, dtype=np.int64)
     members = np.empty(3 * count, dtype=np.int64)
     group_corners(first, corners, offsets, members)
-    sum_corners(offsets, members, faces, face_units, angles, _least_cosine(crease_angle), normals)
+    cells = np.zeros((6 * _SIDE * _SIDE, 4))
+    sum_corners(offsets, members, faces, face_units, angles, _least_cosine(crease_angle), cells, normals)
     return normals
 
 
@@ -270,7 +271,7 @@ def group_corners(first: Int32Array, corners: Int32Array, offsets: Int64Array, m
         members[offsets[place]] = i
 
 
-@kernel
+@part_kernel
 def direction_cell(x: float, y: float, z: float) -> int:
     """Return the number of the direction, out of 6 x 16 x 16, that a vector points along: its square on the faces of a cube.
 
@@ -288,7 +289,7 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return (face * _SIDE + row) * _SIDE + column
 
 
-@kernel
+@part_kernel
 def gather_directions(
     start: int, end: int, members: Int64Array, faces: Int32Array, units: Float64Array, angles: Float64Array, cells: Float64Array
 ) -> int:
@@ -330,16 +331,17 @@ def sum_corners(
     units: Float64Array,
     angles: Float64Array,
     least_cosine: float,
+    cells: Float64Array,
     normals: Float32Array,
 ) -> None:
     """Sum the normals around each position that lie within the crease angle of each corner's own.
 
-    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). normals: (T, 3, 3) float32, written.
+    Shapes  offsets: (V + 1,). members: (3 T,). faces: (T,). units: (F, 3). angles: (T, 3). cells: (1536, 4), room.
+            normals: (T, 3, 3) float32, written.
     Rule    a face shares a normal with itself, and with faces whose cosine to it is above least_cosine.
     Needs   units of length one or zero.
     Cost    O(corners x corners at a position), 64 at most, or 1536 directions.
     """
-    cells = np.zeros((6 * _SIDE * _SIDE, 4))
     for p in range(len(offsets) - 1):
         start, end = offsets[p], offsets[p + 1]
         many = end - start > _MANY

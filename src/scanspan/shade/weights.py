@@ -22,7 +22,7 @@ import numpy as np
 from scanspan.geometry.depth_plane import UNCUT
 from scanspan.geometry.fixed_point import halves_float, product_halves
 from scanspan.geometry.outlines import REACHES_OUT
-from scanspan.jit import bare_kernel, helper_kernel, inline_kernel
+from scanspan.jit import bare_part, helper_kernel, inline_kernel
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 
 LANES = 256  # samples at a time; their numbers take 20 KiB, and stay in the first-level cache
@@ -76,7 +76,7 @@ def line_weight(weights: Float64Array, m: Integer, k: int, x: Integer, y: Intege
     return weight
 
 
-@bare_kernel
+@bare_part
 def weigh_sample(
     xy: Int64Array, clip: Float64Array, corners: Int32Array, piece: Int32Array, weights: Float64Array, inner: UInt8Array,
     n: Integer, x: Integer, y: Integer,
@@ -115,7 +115,7 @@ def weigh_sample(
     return w0, w1, w2
 
 
-@bare_kernel
+@bare_part
 def find_covered(slots: Int32Array, j: Integer, places: Int32Array) -> Integer:
     """List the columns of row j in which something is visible, and return how many there are."""
     count = np.int64(0)
@@ -125,7 +125,7 @@ def find_covered(slots: Int32Array, j: Integer, places: Int32Array) -> Integer:
     return count
 
 
-@bare_kernel
+@bare_part
 def find_runs(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, scratch: Int64Array
 ) -> Integer:
@@ -142,7 +142,7 @@ def find_runs(
     return run + 1
 
 
-@bare_kernel
+@bare_part
 def find_records(scratch: Int64Array, runs: Integer, tags: Int64Array, before: Integer) -> Integer:
     """Tell each run its record, list those whose record is yet to be written, and return how many these are.
 
@@ -162,7 +162,7 @@ def find_records(scratch: Int64Array, runs: Integer, tags: Int64Array, before: I
     return fresh
 
 
-@bare_kernel
+@bare_part
 def write_records(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, xy: Int64Array,
     clip: Float64Array, corners: Int32Array, scratch: Int64Array, kept: Float64Array,
@@ -188,7 +188,7 @@ def write_records(
         kept[at + np.uint64(IS_ODD)] = 1.0 if reach >= NEAR else 0.0
 
 
-@bare_kernel
+@bare_part
 def mark_odd(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, piece: Int32Array,
     inner: UInt8Array, scratch: Int64Array, kept: Float64Array,
@@ -200,7 +200,7 @@ def mark_odd(
             kept[((before + f) & (RING - 1)) * FIELDS + IS_ODD] = 1.0
 
 
-@bare_kernel
+@bare_part
 def copy_records(scratch: Int64Array, kept: Float64Array, runs: Integer, count: Integer, lanes: Float64Array) -> None:
     """Copy the record of each sample into the lanes: run by run where runs are long, else sample by sample."""
     if runs * LONG <= count:
@@ -220,7 +220,7 @@ def copy_records(scratch: Int64Array, kept: Float64Array, runs: Integer, count: 
                 lanes[field * LANES + k] = kept[at + np.uint64(field)]
 
 
-@bare_kernel
+@bare_part
 def weigh_lanes(
     places: Int32Array, start: Integer, count: Integer, sample_x: Integer, y: Integer, s: Integer, lanes: Float64Array
 ) -> bool:
@@ -245,7 +245,7 @@ def weigh_lanes(
     return any_odd_one
 
 
-@bare_kernel
+@bare_part
 def any_odd(weights: Float64Array, inner: UInt8Array) -> bool:
     """Say whether any triangle is a piece of one, or is not weighed by its corners as they are."""
     bits = np.uint8(0)
@@ -254,7 +254,7 @@ def any_odd(weights: Float64Array, inner: UInt8Array) -> bool:
     return weights.shape[0] > 0 or bool(bits != 0)
 
 
-@bare_kernel
+@bare_part
 def weigh_row(
     slots: Int32Array, j: Integer, places: Int32Array, start: Integer, count: Integer, triangles: ScreenTriangles,
     sample_x: Integer, y: Integer, s: Integer, has_odd: bool, records: Records, before: Integer,
