@@ -106,7 +106,7 @@ def test_both_ways_of_half_space_give_the_same_bits(
     pictures = []
     for box, threads in ((1e9, 1), (1e9, 3), (0.0, 1), (0.0, 3)):
         monkeypatch.setattr(depth_test, "SMALL_BOX", box)
-        monkeypatch.setattr(depth_test, "BAND_BYTES", 1 << 19)
+        monkeypatch.setattr(depth_test, "CACHE_BYTES", 1 << 19)
         pictures.append(painted(triangles, colors, depths, size, threads=threads, **options))
     for pixels, depth in pictures[1:]:
         assert np.array_equal(pixels, pictures[0][0])

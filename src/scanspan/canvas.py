@@ -166,7 +166,7 @@ class Canvas:
         is_plain = name == "half-space" and antialias is False and nonfinite == "error" and depths is None
         if is_plain and paint_few(self.pixels, vertices, colors, sampling, self.threads):
             return
-        corners = check_screen_triangles(vertices, nonfinite)
+        corners = check_screen_triangles(vertices, nonfinite, keeps_float32=depths is not None)
         is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
         if depths is not None:
             self._paint_deep(corners, colors, depths, name, sampling, is_smooth, nonfinite)
@@ -194,7 +194,7 @@ class Canvas:
         run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
 
     def _paint_deep(
-        self, corners: Float64Array, colors: Any, depths: ArrayLike, algorithm: str, sampling: Sampling, is_smooth: bool,
+        self, corners: NDArray[Any], colors: Any, depths: ArrayLike, algorithm: str, sampling: Sampling, is_smooth: bool,
         nonfinite: str,
     ) -> None:  # fmt: skip
         """Paint triangles where they are nearer than what is there."""

@@ -104,8 +104,8 @@ def check_clip(clip: ArrayLike, triangles: ArrayLike, nonfinite: str) -> tuple[N
     return collapse_bad(vertices, check_triangles(triangles, len(vertices)), nonfinite)
 
 
-def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.float64]:
-    """Return screen triangles as (N, 3, 2) float64 within 2^24 pixels."""
+def check_screen_triangles(vertices: ArrayLike, nonfinite: str, keeps_float32: bool = False) -> NDArray[Any]:
+    """Return screen triangles as (N, 3, 2) float64 within 2^24 pixels, or as float32 if that is what they are and may stay."""
     array = as_array(vertices, "vertices")
     if array.size == 0 and array.ndim in (1, 3) and array.shape[0] == 0:
         array = array.reshape(0, 3, 2)
@@ -114,7 +114,7 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
     if nonfinite not in NONFINITE:
         raise unknown_name("value of nonfinite", nonfinite, NONFINITE)
     with np.errstate(over="ignore"):
-        triangles: NDArray[np.float64] = in_layout(array, np.float64)
+        triangles: NDArray[Any] = in_layout(array, np.float32 if keeps_float32 and array.dtype == np.float32 else np.float64)
     if not has_far_values(triangles.reshape(-1), MAX_SCREEN):
         return triangles
 
@@ -132,13 +132,14 @@ def check_screen_triangles(vertices: ArrayLike, nonfinite: str) -> NDArray[np.fl
     return np.where(good[:, None, None], triangles, 0.0)
 
 
-def check_corner_depths(depths: ArrayLike, count: int, nonfinite: str) -> tuple[NDArray[np.float64], BoolArray | None]:
-    """Return depths at the corners of `count` triangles as (count, 3) float64, and which triangles to keep, None for all."""
+def check_corner_depths(depths: ArrayLike, count: int, nonfinite: str) -> tuple[NDArray[Any], BoolArray | None]:
+    """Return depths at corners as (count, 3) float32, if that is what they are, or float64; and which to keep, None for all."""
     array = as_array(depths, "depths")
     if array.shape != (count, 3) and not (count == 0 and array.size == 0):
         raise InputError(f"depths: expected shape ({count}, 3), one for each corner, got {array.shape}")
     with np.errstate(over="ignore"):
-        found: NDArray[np.float64] = in_layout(array, np.float64).reshape(count, 3)
+        kept = np.float32 if array.dtype == np.float32 else np.float64
+        found: NDArray[Any] = in_layout(array, kept).reshape(count, 3)
     if not has_far_values(found.reshape(-1), MAX_DEPTH):
         return found, None
     with np.errstate(invalid="ignore"):

@@ -8,8 +8,8 @@ There are two ways, which give the same bits. Half-space draws small triangles s
 tested and coloured where it is drawn: to find out first what is seen of them costs more than to colour all. All others, and all
 other algorithms, find out first: they draw into keys, as for `rasterize`, and what is seen is coloured by number afterwards.
 
-Triangles that jump about the picture wait for the memory at every row. So they are taken in a few bands of rows that stay in
-the cache; each band looks at all triangles (docs/decisions/0020-depth-on-a-canvas.md has the measurements).
+Triangles that jump about the picture are first sorted by tiles, which stay in the cache of a processor (tiles.py;
+docs/decisions/0020-depth-on-a-canvas.md has the measurements).
 
 Source: E. Catmull 1974 for the depth buffer.
 """
@@ -30,10 +30,11 @@ from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int6
 from scanspan.target.color_runs import color_rows
 from scanspan.target.gouraud import crop, shade_word, start_shade
 from scanspan.target.planes import SHADE_LANES, SURE
+from scanspan.target.tiles import Tiled, as_float64, sort_by_tiles
 from scanspan.target.triangles import measure_boxes, run_rows, share_rows
 
 SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are tested where they are drawn
-BAND_BYTES = 1 << 22  # of pixels and depths in one band, where triangles come in no order
+CACHE_BYTES = 1 << 22  # of pixels and depths, up to which triangles in no order do no harm
 
 
 @inline_kernel
@@ -132,7 +133,7 @@ def paint_by_keys(
 
 
 def paint_deep(
-    pixels: UInt8Array, depth: Float32Array, vertices: Float64Array, depths: Float64Array, colors: Array, algorithm: str,
+    pixels: UInt8Array, depth: Float32Array, vertices: Array, depths: Array, colors: Array, algorithm: str,
     sampling: Sampling, threads: int,
 ) -> None:  # fmt: skip
     """Paint opaque triangles with depths and colours at their corners over pixels, where they are nearer than these.
@@ -140,8 +141,8 @@ def paint_deep(
     Parameters
     ----------
     pixels, depth : (H, W, 4) and (H, W); both are written.
-    vertices : (N, 3, 2) corners in pixels, checked.
-    depths : (N, 3), finite; the larger the nearer.
+    vertices : (N, 3, 2) corners in pixels, float32 or float64, checked.
+    depths : (N, 3), float32 or float64, finite; the larger the nearer.
     colors : (N, 3, 3) or (N, 3, 4), uint8, or float64 0..255.
     algorithm : a name of ALGORITHMS, "homogeneous" excepted.
     sampling : of the whole image.
@@ -151,14 +152,36 @@ def paint_deep(
     longest, total = measure_boxes(vertices, np.inf, np.inf)
     is_sure = colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE
     if algorithm != "half-space" or not is_sure or total > SMALL_BOX * count:
-        paint_by_keys(words, depth, vertices, depths, colors, algorithm, sampling, threads)
+        paint_by_keys(words, depth, as_float64(vertices), as_float64(depths), colors, algorithm, sampling, threads)
         return
+    tiled = None
+    if words.nbytes + depth.nbytes > CACHE_BYTES and not are_in_order(lambda some: vertices[some, 0, 1], count, len(words)):
+        tiled = sort_by_tiles(vertices, depths, colors, words.shape)
+    if tiled is not None:
+        paint_tiles((words, depth), tiled, sampling, threads)
+        return
+    corners, values = as_float64(vertices), (as_float64(depths), colors)
 
     def paint_band(y_start: int, y_end: int, stop: Event) -> None:
         """Paint the rows of one band."""
         target, within = (words[y_start:y_end], depth[y_start:y_end]), sampling._replace(y_start=y_start, y_end=y_end)
-        run_rows(deep_words, target, vertices, (depths, colors), within, stop)
+        run_rows(deep_words, target, corners, values, within, stop)
 
-    size = words.nbytes + depth.nbytes
-    is_near = are_in_order(lambda some: vertices[some, 0, 1], count, len(words))
-    share_rows(paint_band, words.shape, vertices, threads, 1 if is_near else -(-size // BAND_BYTES))
+    share_rows(paint_band, words.shape, corners, threads)
+
+
+def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling: Sampling, threads: int) -> None:
+    """Paint triangles tile by tile; the threads share the tiles."""
+
+    def paint_some(first: int, last: int, stop: Event) -> None:
+        """Paint some tiles."""
+        for k in range(first, last):
+            start, end = tiled.starts[k], tiled.starts[k + 1]
+            if start == end or stop.is_set():
+                continue
+            x_start, x_end, y_start, y_end = tiled.rectangles[k]
+            within = sampling._replace(x_start=x_start, x_end=x_end, y_start=y_start, y_end=y_end)
+            values = as_float64(tiled.depths[start:end]), tiled.colors[start:end]
+            run_rows(deep_words, target, as_float64(tiled.vertices[start:end]), values, within, stop, top=0)
+
+    run_bands(paint_some, len(tiled.rectangles), threads, costs=np.diff(tiled.starts).astype(np.float64))

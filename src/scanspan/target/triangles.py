@@ -81,9 +81,10 @@ def row_costs(vertices: Float64Array, height: int) -> Float64Array:
 
 
 def run_rows(
-    kernel: Callable[..., None], target: Any, vertices: Float64Array, values: Any, sampling: Sampling, stop: Event
-) -> None:
-    """Run a kernel for the rows of a sampling, which target begins with, in chunks so that an interrupt is noticed.
+    kernel: Callable[..., None], target: Any, vertices: Float64Array, values: Any, sampling: Sampling, stop: Event,
+    top: int | None = None,
+) -> None:  # fmt: skip
+    """Run a kernel for the rows of a sampling, in chunks so that an interrupt is noticed.
 
     Parameters
     ----------
@@ -93,11 +94,13 @@ def run_rows(
     values : (N, ...), as the kernel takes them.
     sampling : with the rows of one band.
     stop : set where no more is wanted.
+    top : the row of the image that target begins with; by default the first of the sampling.
     """
-    count, room = len(vertices), np.empty((3, max(sampling.y_end - sampling.y_start, LISTED)), np.int64)
+    count, top = len(vertices), sampling.y_start if top is None else top
+    room = np.empty((3, max(sampling.y_end - sampling.y_start, LISTED)), np.int64)
     for first in range(0, count, CHUNK):
         if not stop.is_set():
-            kernel(target, vertices, values, room, sampling.y_start, first, min(first + CHUNK, count), sampling)
+            kernel(target, vertices, values, room, top, first, min(first + CHUNK, count), sampling)
 
 
 def run_flat(
