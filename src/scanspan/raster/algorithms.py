@@ -113,6 +113,7 @@ HEAVY, LOOKED_AT = 1 << 24, 256  # but if their boxes have so many samples, as f
 CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
 NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
+BROAD = 256.0  # unless their boxes have so many pixels that it costs little to pass over them,
 LAYER_BYTES = 1 << 28  # if keys for each thread take no more than that
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
@@ -163,10 +164,15 @@ def are_worth_blocks(triangles: ScreenTriangles, sampling: Sampling) -> bool:
     count = len(triangles.corners)
     if not 0 < count < MANY:
         return count > 0
-    s, some = sampling.subpixel_bits, triangles.xy[triangles.corners[:: -(-count // LOOKED_AT)]]
+    return mean_box(triangles, sampling) * count >= HEAVY
+
+
+def mean_box(triangles: ScreenTriangles, sampling: Sampling) -> float:
+    """Return how many pixels the boxes of triangles have within an image, as far as a few of them tell."""
+    s, some = sampling.subpixel_bits, triangles.xy[triangles.corners[:: -(-len(triangles.corners) // LOOKED_AT)]]
     ends = np.array([(sampling.x_start, sampling.y_start), (sampling.x_end, sampling.y_end)]) << s
     sides = (np.clip(some.max(axis=1), *ends) - np.clip(some.min(axis=1), *ends)) / (1 << s)
-    return bool(sides.prod(axis=1).mean() * count >= HEAVY)
+    return float(sides.prod(axis=1).mean())
 
 
 def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
@@ -187,7 +193,7 @@ def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Samplin
         blocks.block_keys(keys, counters, drawn, near, first, last, within)
 
     layers = min(threads, 1 + LAYER_BYTES // max(1, target.nbytes))
-    if layers == 1 or len(triangles.corners) < SHARED:
+    if layers == 1 or len(triangles.corners) < SHARED or mean_box(triangles, sampling) > BROAD:
         return run_kernel(scan, target, triangles, sampling, threads)
     return run_layers(scan, target, triangles, sampling, layers)
 

@@ -156,7 +156,7 @@ def paint_deep(
         return
     tiled = None
     if words.nbytes + depth.nbytes > CACHE_BYTES and not are_in_order(lambda some: vertices[some, 0, 1], count, len(words)):
-        tiled = sort_by_tiles(vertices, depths, colors, words.shape)
+        tiled = sort_by_tiles(vertices, depths, colors, words.shape, threads)
     if tiled is not None:
         paint_tiles((words, depth), tiled, sampling, threads)
         return

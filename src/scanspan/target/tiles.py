@@ -10,11 +10,13 @@ Source: J. Snyder, R. Barzel and S. Gabriel 1990 for sorting by tiles; M. Abrash
 
 from __future__ import annotations
 
+from threading import Event
 from typing import NamedTuple
 
 import numpy as np
 
 from scanspan.jit import bare_kernel
+from scanspan.raster.algorithms import run_bands
 from scanspan.records import Array, Float64Array, Int64Array, Integer, UInt8Array
 
 COLUMN_BITS, ROW_BITS = 8, 6  # of a tile, 256 x 64 pixels; with depths it has 128 KiB
@@ -98,7 +100,7 @@ def tiles_along(side: int, bits: int) -> int:
     return ((side - 1) >> bits) + 1
 
 
-def sort_by_tiles(vertices: Array, depths: Array, colors: UInt8Array, shape: tuple[int, ...]) -> Tiled | None:
+def sort_by_tiles(vertices: Array, depths: Array, colors: UInt8Array, shape: tuple[int, ...], threads: int) -> Tiled | None:
     """Return triangles in the order of the tiles of a picture; None where too many reach into too many of them.
 
     Parameters
@@ -106,23 +108,41 @@ def sort_by_tiles(vertices: Array, depths: Array, colors: UInt8Array, shape: tup
     vertices : (N, 3, 2) float32 or float64, corners in pixels, within 2^24.
     depths, colors : (N, 3) and (N, 3, 3 or 4).
     shape : height and width of the picture.
+    threads : how many share the triangles; each has a part of every tile for its own.
     """
     (height, width), column_bits, row_bits = shape, COLUMN_BITS, ROW_BITS
     while tiles_along(width, column_bits) * tiles_along(height, row_bits) > MOST_TILES:
         column_bits, row_bits = column_bits + 1, row_bits + 1
     across, down = tiles_along(width, column_bits), tiles_along(height, row_bits)
-    reach, starts = np.empty(len(vertices), np.int64), np.zeros(across * down + 1, np.int64)
     sides = np.int64(across), np.int64(down), np.int64(column_bits), np.int64(row_bits)
-    count_triangles(vertices, *sides, reach, starts[1:])
-    np.cumsum(starts, out=starts)
-    count = int(starts[-1])
-    if count > MOST_COPIES * len(vertices):
+    size = -(-len(vertices) // threads)
+    parts = [slice(first, first + size) for first in range(0, len(vertices), size)]
+    reach, counts = np.empty(len(vertices), np.int64), np.zeros((len(parts), across * down), np.int64)
+
+    def count(first: int, last: int, stop: Event) -> None:
+        """Count the triangles of some parts."""
+        for part, found in zip(parts[first:last], counts[first:last], strict=True):
+            count_triangles(vertices[part], *sides, reach[part], found)
+
+    run_bands(count, len(parts), threads, each=1)
+
+    # Of each tile, the first part comes first.
+    ends = np.cumsum(counts.T).reshape(across * down, len(parts))
+    starts, total = np.append(0, ends[:, -1]), int(ends[-1, -1])
+    if total > MOST_COPIES * len(vertices):
         return None
     copies = (
-        np.empty((count, 3, 2), vertices.dtype), np.empty((count, 3), depths.dtype),
-        np.empty((count, *colors.shape[1:]), np.uint8),
+        np.empty((total, 3, 2), vertices.dtype), np.empty((total, 3), depths.dtype),
+        np.empty((total, *colors.shape[1:]), np.uint8),
     )  # fmt: skip
-    copy_triangles(vertices, depths, colors, sides[0], reach, starts[:-1].copy(), *copies)
+    places = np.ascontiguousarray(ends.T) - counts
+
+    def copy(first: int, last: int, stop: Event) -> None:
+        """Copy the triangles of some parts."""
+        for part, place in zip(parts[first:last], places[first:last], strict=True):
+            copy_triangles(vertices[part], depths[part], colors[part], sides[0], reach[part], place, *copies)
+
+    run_bands(copy, len(parts), threads, each=1)
     rectangles = [
         (i << column_bits, min((i + 1) << column_bits, width), j << row_bits, min((j + 1) << row_bits, height))
         for j in range(down)
