@@ -35,6 +35,19 @@ from scanspan.shade.weights import (
 from scanspan.shade.weights import edge_value as edge_value
 
 
+@inline_kernel
+def clear_block(flat: Array, row: Integer, column: Integer, height: int, width: int, channels: int) -> None:
+    """Write 0 to a block of a picture; it is in the cache when what is seen there is written.
+
+    Shapes  flat: (height x width x channels,); row, column: the first of the block.
+    """
+    row_end: Integer = min(row + BLOCK_ROWS, np.int64(height))
+    end: Integer = min(column + BLOCK_COLUMNS, np.int64(width))
+    for j in range(row, row_end):
+        for k in range(np.uint64((j * width + column) * channels), np.uint64((j * width + end) * channels)):
+            flat[k] = 0.0
+
+
 @kernel
 def barycentric_kernel(
     slots: Int32Array, triangles: ScreenTriangles, sample_x: Integer, sample_y: Integer, subpixel_bits: int, y_start: int,
@@ -49,10 +62,12 @@ def barycentric_kernel(
     lanes, scratch, has_odd = records.lanes, records.scratch, any_odd(triangles.weights, triangles.inner)
     s, x = np.int64(subpixel_bits), np.int64(sample_x)
     y = (np.int64(y_start) << s) + np.int64(sample_y)
-    out[...] = 0.0
-    for j in range(0, slots.shape[0], BLOCK_ROWS):
-        for i in range(0, slots.shape[1], BLOCK_COLUMNS):
+    height, width = slots.shape
+    for j in range(0, height, BLOCK_ROWS):
+        for i in range(0, width, BLOCK_COLUMNS):
             covered, runs, fresh, has_odd = fetch_block(slots, seen, j, i, triangles, has_odd, records, before)
+            if covered < BLOCK_ROWS * BLOCK_COLUMNS:
+                clear_block(weights, j, i, height, width, 3)
             before += fresh
             is_long = bool(runs * LONG <= covered)
             for start in range(0, covered, LANES):
@@ -148,7 +163,7 @@ def interpolate_rows(
     slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
     y_start: int, triangles: Int32Array, values: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Write the interpolated per-vertex values of every visible sample, and leave the others.
+    """Write the interpolated per-vertex values of every visible sample, 0 elsewhere.
 
     Shapes  slots: (h, W) int32, what is visible as a row of screen.corners, or -1; source: (N,) int32, the row of triangles for
             each of these, or (0,) where they are the same; triangles: (T, 3) int32; values: (V, k); out: (h, W, k), of the same
@@ -157,11 +172,14 @@ def interpolate_rows(
     """
     records, before, seen, flat = make_records(), np.int64(0), slots.reshape(-1), out.reshape(-1)
     lanes, scratch, has_odd = records.lanes, records.scratch, any_odd(screen.weights, screen.inner)
+    height, width = slots.shape
     s, x, channels = np.int64(subpixel_bits), np.int64(sample_x), values.shape[1]
     y, kept = (np.int64(y_start) << s) + np.int64(sample_y), np.empty(RING * 3 * channels)
-    for j in range(0, slots.shape[0], BLOCK_ROWS):
-        for i in range(0, slots.shape[1], BLOCK_COLUMNS):
+    for j in range(0, height, BLOCK_ROWS):
+        for i in range(0, width, BLOCK_COLUMNS):
             covered, runs, fresh, has_odd = fetch_block(slots, seen, j, i, screen, has_odd, records, before)
+            if covered < BLOCK_ROWS * BLOCK_COLUMNS:
+                clear_block(flat, j, i, height, width, channels)
             is_long = bool(runs * LONG <= covered)
             write_values(fresh, before, source, triangles, values, channels, scratch, kept)
             before += fresh

@@ -329,7 +329,6 @@ def interpolate_visible(visibility: Visibility, values: Array) -> Array:
     found = []
     for plane in visibility.planes:
         out = borrow((height, width, values.shape[1]), values.dtype)
-        out.fill(0)
 
         def shade(y_start: int, y_end: int, stop: Event, plane: Plane = plane, out: Array = out) -> None:
             """Interpolate in the rows of one band."""
