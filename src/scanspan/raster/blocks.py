@@ -117,8 +117,7 @@ def choose_bins(
         fetched[BIN * BLOCK + k] = shape if is_drawn else np.int64(NONE)
 
         # What is drawn and near has numbers that fit into 32 bits; of the others they are not looked at.
-        fits = is_drawn & is_near
-        left, top = (x << s) + sample_x, (y << s) + sample_y
+        fits, left, top = is_drawn & is_near, (x << s) + sample_x, (y << s) + sample_y
         packed[k] = pack_pair(p_x - left, p_y - top) if fits else np.int64(0)
         packed[BLOCK + k] = pack_pair(q_x - left, q_y - top) if fits else np.int64(0)
         packed[2 * BLOCK + k] = pack_pair(r_x - left, r_y - top) if fits else np.int64(0)
@@ -174,7 +173,7 @@ def set_up_bin(
     unit = np.float64(np.int64(1) << s)
     part = 1.0 / unit
     for k in range(count):
-        # Corners are counted from the first sample of the box, so edge values there are products of two of them.
+        # Corners count from the first sample of the box, so edge values there are products of two of them.
         p_x, p_y = np.float64(first_of(kept[k])), np.float64(second_of(kept[k]))
         q_x, q_y = np.float64(first_of(kept[LANES + k])), np.float64(second_of(kept[LANES + k]))
         r_x, r_y = np.float64(first_of(kept[2 * LANES + k])), np.float64(second_of(kept[2 * LANES + k]))

@@ -195,7 +195,7 @@ def find_barycentric(plane: Plane, triangles: ScreenTriangles, options: RasterOp
 
 def numbers_of(slot: Int32Array, number: Int32Array) -> Int32Array:
     """Return the number of the thing in each slot of a plane, -1 where there is nothing."""
-    found = np.empty(slot.shape, np.int32)
+    found = borrow(slot.shape, np.int32)
     numbers_kernel(slot.reshape(-1), number, found.reshape(-1))
     return found
 
