@@ -7,10 +7,9 @@ setups, then the first sample of all its boxes, then the second, each in one loo
 into vector instructions. What is left for one at a time is the maximum that writes a key. Larger boxes have a bin of their own
 and are scanned row by row, and the largest in layers.py, where what is hidden is left out.
 
-Numbers are float64 throughout: of corners that lie within 2^24 sub-pixels of each other, all products are whole numbers below
-2^50, so they are exact, and so are the steps from sample to sample. The expressions are those of setup.py, so the bits are the
-same. A triangle that is larger, or has an outline, goes the way of half_space.py. Keys keep the largest, so the order in which
-triangles are drawn does not matter; docs/decisions/0015-frames.md has the measurements.
+Numbers are float64: of corners that lie within 2^24 sub-pixels of each other, all products are whole numbers below 2^50, exact,
+and so are the steps from sample to sample. The expressions are those of setup.py, so the bits are the same. What is larger, or
+has an outline, goes the way of half_space.py. Keys keep the largest: no order matters (docs/decisions/0015-frames.md).
 
 Source: Pineda 1988; M. Abrash, Rasterization on Larrabee, 2009, for lanes and for doing without branches.
 """
@@ -77,7 +76,7 @@ def pack_pair(x: Integer, y: Integer) -> Integer:
 
 @helper_kernel
 def first_of(pair: Integer) -> Integer:
-    """Return the first of two packed numbers."""
+    """Return the first of two packed numbers, with its sign."""
     return pair >> 32
 
 
