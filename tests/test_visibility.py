@@ -13,6 +13,7 @@ from scanspan.raster import algorithms
 from scanspan.raster.options import make_sampling
 from scanspan.raster.write import is_nearer, pack_key, unpack_depth, unpack_number
 from scanspan.samples import POSITIONS
+from scanspan.shade.weights import weigh_sample
 
 SIZE = (64, 48)
 SAMPLING = make_sampling(SIZE, (128, 128), rule="top-left", cull="none", subpixel_bits=8)
@@ -329,3 +330,28 @@ def test_odd_values_and_merges_are_refused_or_empty():
     assert ss.interpolate(seen, np.zeros((3, 0))).shape == (4, 4, 0)
     with pytest.raises(ss.InputError, match=r"^merge: b must be a Visibility, got NoneType$"):
         ss.merge(seen, None)
+
+
+@pytest.mark.parametrize("low_w", [0.5, -0.1])
+def test_weights_in_blocks_are_those_of_each_sample_by_itself(rng, low_w):
+    """More triangles than records are kept, one is seen behind them all over, and some are cut by the near plane."""
+    count, size, s = 8192, (360, 110), 8  # as many as there are hashes, so that none drives out another
+    clip = np.ones((count, 3, 4))
+    clip[..., :2] = rng.uniform(-1, 1, (count, 1, 2)) + rng.normal(size=(count, 3, 2)) * (0.01, 0.03)
+    clip[..., 2] = rng.uniform(-1, 0, (count, 1))
+    clip[0, :, :3] = [(-1, -1, 0.95), (3, -1, 0.95), (-1, 3, 0.95)]
+    clip *= rng.uniform(0.5, 2, (count, 3, 1))
+    clip[300::700, 0, 3] = low_w
+    seen = ss.rasterize(clip.reshape(-1, 4), np.arange(3 * count).reshape(-1, 3), size, threads=1)
+    slot, t, found = seen.planes[0].slot, seen.screen, seen.barycentric
+    values = rng.normal(size=(3 * count, 2))
+    blended = ss.interpolate(seen, values)
+    assert len(np.unique(slot)) > 4096 + 1024
+    assert (found[slot < 0] == 0).all()
+    for j, i in np.argwhere(slot >= 0)[::13]:
+        n = np.int64(slot[j, i])
+        x, y = (np.int64(i) << s) + 128, (np.int64(j) << s) + 128
+        weights = weigh_sample(t.xy, t.clip, t.corners, t.piece, t.weights, t.inner, n, x, y)
+        assert found[j, i].tolist() == list(weights)
+        u0, u1, u2 = values[3 * t.source[n] : 3 * t.source[n] + 3]
+        assert (blended[j, i] == u0 + (weights[1] * (u1 - u0) + weights[2] * (u2 - u0))).all()

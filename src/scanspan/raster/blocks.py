@@ -7,10 +7,9 @@ setups, then the first sample of all its boxes, then the second, each in one loo
 into vector instructions. What is left for one at a time is the maximum that writes a key. Larger boxes have a bin of their own
 and are scanned row by row, and the largest in layers.py, where what is hidden is left out.
 
-Numbers are float64 throughout: of corners that lie within 2^24 sub-pixels of each other, all products are whole numbers below
-2^50, so they are exact, and so are the steps from sample to sample. The expressions are those of setup.py, so the bits are the
-same. A triangle that is larger, or has an outline, goes the way of half_space.py. Keys keep the largest, so the order in which
-triangles are drawn does not matter; docs/decisions/0015-frames.md has the measurements.
+Numbers are float64: of corners that lie within 2^24 sub-pixels of each other, all products are whole numbers below 2^50, exact,
+and so are the steps from sample to sample. The expressions are those of setup.py, so the bits are the same. What is larger, or
+has an outline, goes the way of half_space.py. Keys keep the largest: no order matters (docs/decisions/0015-frames.md).
 
 Source: Pineda 1988; M. Abrash, Rasterization on Larrabee, 2009, for lanes and for doing without branches.
 """
@@ -36,10 +35,13 @@ NEAR = np.int64(1 << 24)  # sub-pixels that a triangle is smaller than
 SPAN = 64  # samples along a row, above which a box is drawn in layers.py
 GROUP = np.int64(8)  # samples that a row of a wide box is a multiple of, so that no sample is left to a slower loop
 
-# Rows of a block, each of BLOCK numbers: the corners' x and y, the box's first column and row, its last less its first, its
-# bin, and the triangle's number. The rows of a bin, each of LANES numbers: the same, with the number in the place of the bin.
-X, Y, WIDTH, HEIGHT, BIN, NUMBER = range(6, 12)
-FETCHED, KEPT = 12, 11
+# Rows of a block, each of BLOCK numbers: the corners' x and y, the triangle's number, and its bin.
+NUMBER, BIN, FETCHED = 6, 7, 8
+
+# Rows that a block and a bin have, the latter each of LANES numbers, two numbers of 32 bits in each: the corners counted from
+# the first sample of the box, in sub-pixels; that sample; how many columns and rows follow it; and the triangle's number.
+PLACE, SIZE, LABEL, KEPT = 3, 4, 5, 6
+LOW, SIGN = np.int64((1 << 32) - 1), np.int64(1 << 31)
 
 # Rows of what is computed for a bin, each of LANES numbers: three edge values at the first sample, what they change by to the
 # right and down, the depth where the last two are zero, and what it changes by with each of them.
@@ -66,13 +68,32 @@ def fetch_corners(
         deep[k], deep[BLOCK + k], deep[2 * BLOCK + k] = depths[p], depths[q], depths[r]
 
 
+@helper_kernel
+def pack_pair(x: Integer, y: Integer) -> Integer:
+    """Return two numbers of 32 bits in one of 64."""
+    return (x << 32) | (y & LOW)
+
+
+@helper_kernel
+def first_of(pair: Integer) -> Integer:
+    """Return the first of two packed numbers, with its sign."""
+    return pair >> 32
+
+
+@helper_kernel
+def second_of(pair: Integer) -> Integer:
+    """Return the second of two packed numbers, with its sign."""
+    return ((pair & LOW) ^ SIGN) - SIGN
+
+
 @bare_kernel
 def choose_bins(
-    fetched: Int64Array, count: Integer, cull: float, x_start: Integer, x_end: Integer, y_start: Integer, y_end: Integer,
-    sample_x: Integer, sample_y: Integer, s: Integer,
+    fetched: Int64Array, packed: Int64Array, count: Integer, cull: float, x_start: Integer, x_end: Integer, y_start: Integer,
+    y_end: Integer, sample_x: Integer, sample_y: Integer, s: Integer,
 ) -> None:  # fmt: skip
-    """Find the box of each triangle, and the bin that it belongs to.
+    """Find the box of each triangle, and the bin that it belongs to, and pack what is put there.
 
+    Shapes  fetched: (FETCHED x BLOCK,); packed: (KEPT x BLOCK,), written.
     Units   x_start to y_end in pixels; sample_x, sample_y in sub-pixels; cull as in Sampling.
     """
     past = (np.int64(1) << s) - 1
@@ -92,15 +113,23 @@ def choose_bins(
         is_small = (width < SIDE) & (height < SIDE)
         shape = width * SIDE + height if is_small else np.int64(WIDE)
         shape = shape if is_near else np.int64(APART)
-        fetched[X * BLOCK + k], fetched[Y * BLOCK + k] = x, y
-        fetched[WIDTH * BLOCK + k], fetched[HEIGHT * BLOCK + k] = width, height
         fetched[BIN * BLOCK + k] = shape if is_drawn else np.int64(NONE)
+
+        # What is drawn and near has numbers that fit into 32 bits; of the others they are not looked at.
+        fits, left, top = is_drawn & is_near, (x << s) + sample_x, (y << s) + sample_y
+        packed[k] = pack_pair(p_x - left, p_y - top) if fits else np.int64(0)
+        packed[BLOCK + k] = pack_pair(q_x - left, q_y - top) if fits else np.int64(0)
+        packed[2 * BLOCK + k] = pack_pair(r_x - left, r_y - top) if fits else np.int64(0)
+        packed[PLACE * BLOCK + k] = pack_pair(x, y) if fits else np.int64(0)
+        packed[SIZE * BLOCK + k] = pack_pair(width, height) if fits else np.int64(0)
+        packed[LABEL * BLOCK + k] = fetched[NUMBER * BLOCK + k]
 
 
 @bare_kernel
 def fill_bins(
-    fetched: Int64Array, deep: Float64Array, count: Integer, kept: Int64Array, depths: Float64Array, counts: Int64Array
-) -> None:
+    fetched: Int64Array, packed: Int64Array, deep: Float64Array, count: Integer, kept: Int64Array, depths: Float64Array,
+    counts: Int64Array,
+) -> None:  # fmt: skip
     """Put each triangle at the end of its bin.
 
     Shapes  kept: (BINS x KEPT x LANES,); depths: (BINS x 3 x LANES,); counts: (BINS,), how many are in each.
@@ -110,9 +139,8 @@ def fill_bins(
         b = np.uint64(fetched[BIN * BLOCK + k])
         c = np.uint64(counts[b])
         at = b * np.uint64(KEPT * LANES) + c
-        for row in range(10):
-            kept[at + np.uint64(row) * lanes] = fetched[row * BLOCK + k]
-        kept[at + np.uint64(10) * lanes] = fetched[NUMBER * BLOCK + k]
+        for row in range(KEPT):
+            kept[at + np.uint64(row) * lanes] = packed[row * BLOCK + k]
         at = b * np.uint64(3 * LANES) + c
         depths[at], depths[at + lanes], depths[at + lanes + lanes] = deep[k], deep[BLOCK + k], deep[2 * BLOCK + k]
         counts[b] += 1
@@ -133,8 +161,7 @@ def turned(is_r: bool, is_q: bool, p: float, q: float, r: float) -> float:
 
 @bare_kernel
 def set_up_bin(
-    kept: Int64Array, depths: Float64Array, equations: Float64Array, count: Integer, cull: float, rule: Integer, s: Integer,
-    sample_x: Integer, sample_y: Integer,
+    kept: Int64Array, depths: Float64Array, equations: Float64Array, count: Integer, cull: float, rule: Integer, s: Integer
 ) -> None:  # fmt: skip
     """Set up the triangles of a bin: what set_up_triangle does, without a branch, for triangles that are near.
 
@@ -145,11 +172,10 @@ def set_up_bin(
     unit = np.float64(np.int64(1) << s)
     part = 1.0 / unit
     for k in range(count):
-        # Count corners from the first sample of the box; then edge values there are products of two of them.
-        x, y = (kept[X * LANES + k] << s) + sample_x, (kept[Y * LANES + k] << s) + sample_y
-        p_x, p_y = np.float64(kept[k] - x), np.float64(kept[LANES + k] - y)
-        q_x, q_y = np.float64(kept[2 * LANES + k] - x), np.float64(kept[3 * LANES + k] - y)
-        r_x, r_y = np.float64(kept[4 * LANES + k] - x), np.float64(kept[5 * LANES + k] - y)
+        # Corners count from the first sample of the box, so edge values there are products of two of them.
+        p_x, p_y = np.float64(first_of(kept[k])), np.float64(second_of(kept[k]))
+        q_x, q_y = np.float64(first_of(kept[LANES + k])), np.float64(second_of(kept[LANES + k]))
+        r_x, r_y = np.float64(first_of(kept[2 * LANES + k])), np.float64(second_of(kept[2 * LANES + k]))
         p_depth, q_depth, r_depth = depths[k], depths[LANES + k], depths[2 * LANES + k]
         e_p, e_q, e_r = q_x * r_y - q_y * r_x, r_x * p_y - r_y * p_x, p_x * q_y - p_y * q_x
         area = (e_p + e_q) + e_r
@@ -202,7 +228,8 @@ def draw_small(
     Shapes  flat: (H W,), keys row after row; keys: (2 x LANES,), overwritten.
     """
     for k in range(count):
-        keys[LANES + k] = kept[Y * LANES + k] * width + kept[X * LANES + k]
+        place = kept[PLACE * LANES + k]
+        keys[LANES + k] = second_of(place) * width + first_of(place)
     for j in range(rows):
         for i in range(columns):
             right, down = np.float64(i), np.float64(j)
@@ -218,7 +245,7 @@ def draw_small(
                 depth = equations[DEPTH * LANES + k] + (
                     f1 * equations[SLOPE * LANES + k] + f2 * equations[(SLOPE + 1) * LANES + k]
                 )
-                key = pack_key(depth, kept[BIN * LANES + k])
+                key = pack_key(depth, kept[LABEL * LANES + k])
                 keys[k] = key if inside else EMPTY_KEY
 
             # Write them one by one, as two may be for the same place.
@@ -239,8 +266,8 @@ def draw_wide(
     found = 0
     for k in range(count):
         f0, f1, f2 = equations[k], equations[LANES + k], equations[2 * LANES + k]
-        x, y, n = kept[X * LANES + k], kept[Y * LANES + k], kept[BIN * LANES + k]
-        columns, rows = kept[WIDTH * LANES + k] + 1, kept[HEIGHT * LANES + k] + 1
+        place, size, n = kept[PLACE * LANES + k], kept[SIZE * LANES + k], kept[LABEL * LANES + k]
+        x, y, columns, rows = first_of(place), second_of(place), first_of(size) + 1, second_of(size) + 1
         across = (columns + GROUP - 1) // GROUP * GROUP
         if columns > SPAN or across > width:
             large[found] = k
@@ -280,7 +307,7 @@ def draw_bin(
     here = kept[b * KEPT * LANES : (b + 1) * KEPT * LANES]
     set_up_bin(
         here, depths[b * 3 * LANES : (b + 1) * 3 * LANES], equations, count, np.float64(sampling.cull),
-        np.int64(sampling.rule), np.int64(sampling.subpixel_bits), np.int64(sampling.sample_x), np.int64(sampling.sample_y),
+        np.int64(sampling.rule), np.int64(sampling.subpixel_bits),
     )  # fmt: skip
     if b < WIDE:
         draw_small(flat, width, here, equations, scratch, count, np.int64(b // SIDE + 1), np.int64(b % SIDE + 1))
@@ -288,9 +315,10 @@ def draw_bin(
         large = draw_wide(flat, width, here, equations, scratch, count)
         for i in range(large):
             k = scratch[i]
+            place, size = here[PLACE * LANES + k], here[SIZE * LANES + k]
             draw_layer(
-                target, lows, equations[k::LANES], here[X * LANES + k], here[Y * LANES + k],
-                here[WIDTH * LANES + k] + 1, here[HEIGHT * LANES + k] + 1, here[BIN * LANES + k],
+                target, lows, equations[k::LANES], first_of(place), second_of(place), first_of(size) + 1, second_of(size) + 1,
+                here[LABEL * LANES + k],
                 np.int64(sampling.y_start), np.int64(sampling.y_end),
             )  # fmt: skip
     counts[b] = 0
@@ -310,7 +338,7 @@ def block_keys(
     """
     xy, depths, corners, inner, outline = triangles.xy, triangles.depth, triangles.corners, triangles.inner, triangles.outline
     integers, floats = triangles.integers, triangles.floats
-    fetched, deep = np.empty(FETCHED * BLOCK, np.int64), np.empty(3 * BLOCK)
+    fetched, packed, deep = np.empty(FETCHED * BLOCK, np.int64), np.empty(KEPT * BLOCK, np.int64), np.empty(3 * BLOCK)
     kept, kept_depths, counts = np.empty(BINS * KEPT * LANES, np.int64), np.empty(BINS * 3 * LANES), np.zeros(BINS, np.int64)
     equations, scratch, stack = np.empty(EQUATIONS * LANES), np.empty(2 * LANES, np.int64), np.empty(STACK, np.int64)
     lows = np.full(((target.shape[0] // BLOCK_ROWS) + 1, (target.shape[1] // BLOCK_COLUMNS) + 1), EMPTY_KEY)
@@ -319,7 +347,7 @@ def block_keys(
         count = np.int64(min(last - start, BLOCK))
         fetch_corners(xy, depths, corners, order, start, count, fetched, deep)
         choose_bins(
-            fetched, count, np.float64(sampling.cull), np.int64(sampling.x_start), np.int64(sampling.x_end),
+            fetched, packed, count, np.float64(sampling.cull), np.int64(sampling.x_start), np.int64(sampling.x_end),
             np.int64(sampling.y_start), np.int64(sampling.y_end), np.int64(sampling.sample_x), np.int64(sampling.sample_y),
             np.int64(sampling.subpixel_bits),
         )  # fmt: skip
@@ -330,14 +358,14 @@ def block_keys(
                 n = fetched[NUMBER * BLOCK + k]
                 if outline[n] >= 0 or inner[n] != 0:
                     fetched[BIN * BLOCK + k] = APART
-        fill_bins(fetched, deep, count, kept, kept_depths, counts)
+        fill_bins(fetched, packed, deep, count, kept, kept_depths, counts)
 
         # Draw the bins that have no room for another block, and empty the others that are none.
         for b in range(WIDE + 1):
             if counts[b] > LANES - BLOCK:
                 draw_bin(target, flat, b, kept, kept_depths, counts, equations, scratch, lows, sampling)
         for i in range(counts[APART]):
-            n = kept[(APART * KEPT + BIN) * LANES + i]
+            n = kept[(APART * KEPT + LABEL) * LANES + i]
             t = set_up(xy, depths, corners, inner, outline, integers, floats, n, sampling)
             visit_rows(write_sample_key, keep_sample, target, t, n, stack)
         counts[APART], counts[NONE] = 0, 0

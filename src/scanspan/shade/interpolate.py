@@ -15,20 +15,37 @@ import numpy as np
 from scanspan.jit import helper_kernel, inline_kernel, kernel
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles
 from scanspan.shade.weights import (
-    AT,
+    BLOCK_COLUMNS,
+    BLOCK_ROWS,
     CORNER,
     FIRST,
     FRESH,
     LANES,
     LONG,
+    PIXEL,
     RECORD,
     RING,
+    ROOM,
+    RUN,
     any_odd,
-    find_covered,
+    fetch_block,
     make_records,
-    weigh_row,
+    weigh_samples,
 )
 from scanspan.shade.weights import edge_value as edge_value
+
+
+@inline_kernel
+def clear_block(flat: Array, row: Integer, column: Integer, height: int, width: int, channels: int) -> None:
+    """Write 0 to a block of a picture; it is in the cache when what is seen there is written.
+
+    Shapes  flat: (height x width x channels,); row, column: the first of the block.
+    """
+    row_end: Integer = min(row + BLOCK_ROWS, np.int64(height))
+    end: Integer = min(column + BLOCK_COLUMNS, np.int64(width))
+    for j in range(row, row_end):
+        for k in range(np.uint64((j * width + column) * channels), np.uint64((j * width + end) * channels)):
+            flat[k] = 0.0
 
 
 @kernel
@@ -41,20 +58,25 @@ def barycentric_kernel(
     Shapes  slots: (h, W) int32, row of triangles.corners or -1; triangles: ScreenTriangles; out: (h, W, 3) float64.
     Units   sample_x, sample_y in sub-pixels from the pixel's corner; y_start: row of the image that slots begin with.
     """
-    places, records = np.empty(slots.shape[1] + 1, np.int32), make_records()
-    lanes, before = records.lanes, np.int64(0)
-    s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(triangles.weights, triangles.inner)
-    for j in range(slots.shape[0]):
-        covered = find_covered(slots, j, places)
-        if covered < slots.shape[1]:
-            out[j] = 0.0
-        y = (np.int64(y_start + j) << s) + np.int64(sample_y)
-        for start in range(0, covered, LANES):
-            count = min(covered - start, LANES)
-            before += weigh_row(slots, j, places, start, count, triangles, x, y, s, has_odd, records, before)[1]
-            for k in range(count):
-                i = places[start + k]
-                out[j, i, 0], out[j, i, 1], out[j, i, 2] = lanes[k], lanes[LANES + k], lanes[2 * LANES + k]
+    records, before, seen, weights = make_records(), np.int64(0), slots.reshape(-1), out.reshape(-1)
+    lanes, scratch, has_odd = records.lanes, records.scratch, any_odd(triangles.weights, triangles.inner)
+    s, x = np.int64(subpixel_bits), np.int64(sample_x)
+    y = (np.int64(y_start) << s) + np.int64(sample_y)
+    height, width = slots.shape
+    for j in range(0, height, BLOCK_ROWS):
+        for i in range(0, width, BLOCK_COLUMNS):
+            covered, runs, fresh, has_odd = fetch_block(slots, seen, j, i, triangles, has_odd, records, before)
+            if covered < BLOCK_ROWS * BLOCK_COLUMNS:
+                clear_block(weights, j, i, height, width, 3)
+            before += fresh
+            is_long = bool(runs * LONG <= covered)
+            for start in range(0, covered, LANES):
+                count = min(covered - start, LANES)
+                weigh_samples(start, count, is_long, triangles, x, y, s, has_odd, records)
+                for k in range(count):
+                    to = np.uint64(scratch[PIXEL * ROOM + start + k] * 3)
+                    weights[to], weights[to + np.uint64(1)] = lanes[k], lanes[LANES + k]
+                    weights[to + np.uint64(2)] = lanes[2 * LANES + k]
 
 
 @kernel
@@ -75,24 +97,24 @@ def blend(u0: float, u1: float, u2: float, b1: float, b2: float) -> float:
 
 @inline_kernel
 def write_values(
-    slots: Int32Array, j: Integer, places: Int32Array, start: Integer, fresh: Integer, before: Integer, source: Int32Array,
-    triangles: Int32Array, values: Array, scratch: Int64Array, kept: Float64Array,
+    fresh: Integer, before: Integer, source: Int32Array, triangles: Int32Array, values: Array, channels: int,
+    scratch: Int64Array, kept: Float64Array,
 ) -> None:  # fmt: skip
     """Keep the values at the corners of the triangles whose records are new.
 
     Shapes  kept: (RING x channels x 3,), the value at the first corner, and what the others have more.
     """
-    channels = values.shape[1]
+    # Look up the corners of the triangles that these are pieces of; those of whole ones are there.
+    if source.shape[0] > 0:
+        for f in range(fresh):
+            n = np.uint64(source[np.uint64(scratch[FRESH * ROOM + f])])
+            scratch[CORNER * ROOM + f], scratch[(CORNER + 1) * ROOM + f] = triangles[n, 0], triangles[n, 1]
+            scratch[(CORNER + 2) * ROOM + f] = triangles[n, 2]
     for f in range(fresh):
-        n = np.uint64(slots[j, places[start + scratch[FRESH * LANES + f]]])
-        n = np.uint64(source[n]) if source.shape[0] > 0 else n
-        scratch[CORNER * LANES + f], scratch[(CORNER + 1) * LANES + f] = triangles[n, 0], triangles[n, 1]
-        scratch[(CORNER + 2) * LANES + f] = triangles[n, 2]
-    for f in range(fresh):
-        p, q = np.uint64(scratch[CORNER * LANES + f]), np.uint64(scratch[(CORNER + 1) * LANES + f])
-        r = np.uint64(scratch[(CORNER + 2) * LANES + f])
+        p, q = np.uint64(scratch[CORNER * ROOM + f]), np.uint64(scratch[(CORNER + 1) * ROOM + f])
+        r = np.uint64(scratch[(CORNER + 2) * ROOM + f])
         at = np.uint64(((before + f) & (RING - 1)) * (3 * channels))
-        for c in range(channels):
+        for c in range(np.uint64(0), np.uint64(channels)):
             u0 = np.float64(values[p, c])
             kept[at], kept[at + np.uint64(1)] = u0, np.float64(values[q, c]) - u0
             kept[at + np.uint64(2)] = np.float64(values[r, c]) - u0
@@ -101,36 +123,39 @@ def write_values(
 
 @inline_kernel
 def blend_runs(
-    flat: Array, row: Integer, places: Int32Array, start: Integer, runs: Integer, channels: int, scratch: Int64Array,
-    kept: Float64Array, lanes: Float64Array,
+    flat: Array, start: Integer, end: Integer, channels: int, scratch: Int64Array, kept: Float64Array,
+    lanes: Float64Array,
 ) -> None:  # fmt: skip
-    """Write the values of runs, one channel after the other.
+    """Write the values of some samples of a block run by run, one channel after the other.
 
-    Shapes  flat: (H x W x channels,); row: the first pixel of the row.
+    Shapes  flat: (H x W x channels,).
     """
-    for r in range(runs):
-        first, end = scratch[FIRST * LANES + r], scratch[FIRST * LANES + r + 1]
-        at = np.uint64(scratch[RECORD * LANES + r] * (3 * channels))
+    run, last = scratch[RUN * ROOM + start], scratch[RUN * ROOM + end - 1]
+    while run <= last:
+        first, final = max(scratch[FIRST * ROOM + run], start), min(scratch[FIRST * ROOM + run + 1], end)
+        at = np.uint64(scratch[RECORD * ROOM + run] * (3 * channels))
         for c in range(channels):
             u0, more1, more2 = kept[at], kept[at + np.uint64(1)], kept[at + np.uint64(2)]
             at += np.uint64(3)
-            for k in range(first, end):
-                to = np.uint64((row + places[start + k]) * channels + c)
-                flat[to] = u0 + (lanes[LANES + k] * more1 + lanes[2 * LANES + k] * more2)
+            for k in range(first, final):
+                to, lane = np.uint64(scratch[PIXEL * ROOM + k] * channels + c), k - start
+                flat[to] = u0 + (lanes[LANES + lane] * more1 + lanes[2 * LANES + lane] * more2)
+        run += 1
 
 
 @inline_kernel
 def blend_samples(
-    flat: Array, row: Integer, places: Int32Array, start: Integer, count: Integer, channels: int, scratch: Int64Array,
-    kept: Float64Array, lanes: Float64Array,
+    flat: Array, start: Integer, count: Integer, channels: int, scratch: Int64Array, kept: Float64Array,
+    lanes: Float64Array,
 ) -> None:  # fmt: skip
-    """Write the values of samples, one sample after the other."""
+    """Write the values of some samples of a block, one sample after the other."""
     for k in range(count):
-        at, to = np.uint64(scratch[AT * LANES + k] * (3 * channels)), np.uint64((row + places[start + k]) * channels)
+        at = np.uint64(scratch[RECORD * ROOM + scratch[RUN * ROOM + start + k]] * (3 * channels))
+        to = np.uint64(scratch[PIXEL * ROOM + start + k] * channels)
         b1, b2 = lanes[LANES + k], lanes[2 * LANES + k]
         for c in range(np.uint64(0), np.uint64(channels)):
-            from_here = at + np.uint64(3) * c
-            flat[to + c] = kept[from_here] + (b1 * kept[from_here + np.uint64(1)] + b2 * kept[from_here + np.uint64(2)])
+            here = at + np.uint64(3) * c
+            flat[to + c] = kept[here] + (b1 * kept[here + np.uint64(1)] + b2 * kept[here + np.uint64(2)])
 
 
 @inline_kernel
@@ -138,30 +163,36 @@ def interpolate_rows(
     slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
     y_start: int, triangles: Int32Array, values: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Write the interpolated per-vertex values of every visible sample, and leave the others.
+    """Write the interpolated per-vertex values of every visible sample, 0 elsewhere.
 
     Shapes  slots: (h, W) int32, what is visible as a row of screen.corners, or -1; source: (N,) int32, the row of triangles for
             each of these, or (0,) where they are the same; triangles: (T, 3) int32; values: (V, k); out: (h, W, k), of the same
             type as values.
     Units   as for barycentric_kernel, whose weights these are, without being kept.
     """
-    places, records = np.empty(slots.shape[1] + 1, np.int32), make_records()
-    lanes, scratch, before = records.lanes, records.scratch, np.int64(0)
-    s, x, has_odd = np.int64(subpixel_bits), np.int64(sample_x), any_odd(screen.weights, screen.inner)
-    channels = values.shape[1]
-    kept, flat = np.empty(RING * 3 * channels), out.reshape(-1)
-    for j in range(slots.shape[0]):
-        covered = find_covered(slots, j, places)
-        y = (np.int64(y_start + j) << s) + np.int64(sample_y)
-        for start in range(0, covered, LANES):
-            count = min(covered - start, LANES)
-            runs, fresh = weigh_row(slots, j, places, start, count, screen, x, y, s, has_odd, records, before)
-            write_values(slots, j, places, start, fresh, before, source, triangles, values, scratch, kept)
+    records, before, seen, flat = make_records(), np.int64(0), slots.reshape(-1), out.reshape(-1)
+    lanes, scratch, has_odd = records.lanes, records.scratch, any_odd(screen.weights, screen.inner)
+    height, width = slots.shape
+    s, x, channels = np.int64(subpixel_bits), np.int64(sample_x), values.shape[1]
+    y, kept = (np.int64(y_start) << s) + np.int64(sample_y), np.empty(RING * 3 * channels)
+    for j in range(0, height, BLOCK_ROWS):
+        for i in range(0, width, BLOCK_COLUMNS):
+            covered, runs, fresh, has_odd = fetch_block(slots, seen, j, i, screen, has_odd, records, before)
+            if covered < BLOCK_ROWS * BLOCK_COLUMNS:
+                clear_block(flat, j, i, height, width, channels)
+            is_long = bool(runs * LONG <= covered)
+            write_values(fresh, before, source, triangles, values, channels, scratch, kept)
             before += fresh
-            if runs * LONG <= count:
-                blend_runs(flat, j * slots.shape[1], places, start, runs, channels, scratch, kept, lanes)
-            else:
-                blend_samples(flat, j * slots.shape[1], places, start, count, channels, scratch, kept, lanes)
+            for start in range(0, covered, LANES):
+                count = min(covered - start, LANES)
+                weigh_samples(start, count, is_long, screen, x, y, s, has_odd, records)
+                if is_long:
+                    blend_runs(flat, start, start + count, channels, scratch, kept, lanes)
+                elif channels == 3:
+                    # The compiler unrolls what it knows the number of, and colours are what is asked for most.
+                    blend_samples(flat, start, count, 3, scratch, kept, lanes)
+                else:
+                    blend_samples(flat, start, count, channels, scratch, kept, lanes)
 
 
 @kernel

@@ -38,7 +38,11 @@ from scanspan.shade.interpolate import (
     interpolate_rows_kernel,
     numbers_kernel,
 )
+from scanspan.target.memory import borrow
 from scanspan.target.merge import merge_kernel
+
+UNPACKED = 256  # keys looked at together for whether all are empty
+NOT_TWICE = np.empty(0, np.int32)
 
 
 class RasterOptions(NamedTuple):
@@ -64,16 +68,29 @@ class Plane(NamedTuple):
 
 
 @kernel
-def unpack_kernel(keys: Int64Array, slot: Int32Array, depth: Float32Array) -> None:
-    """Split keys into slots and depths.
+def unpack_kernel(keys: Int64Array, slot: Int32Array, same: Int32Array, depth: Float32Array) -> None:
+    """Split keys into slots and depths, and write the slots twice where two arrays are given.
 
-    Shapes  keys: (h, W) int64; slot: (h, W) int32; depth: (h, W) float32.
+    Shapes  keys: (n,) int64; slot: (n,) int32; same: (n,) or (0,) int32; depth: (n,) float32.
     """
-    for j in range(keys.shape[0]):
-        for i in range(keys.shape[1]):
-            key = keys[j, i]
-            slot[j, i] = -1 if key == EMPTY_KEY else unpack_number(key)
-            depth[j, i] = -np.inf if key == EMPTY_KEY else unpack_depth(key)
+    is_twice, step = same.shape[0] > 0, np.uint64(UNPACKED)
+    end = np.uint64(keys.shape[0])
+    start = np.uint64(0)
+    while start < end:
+        last, high = min(start + step, end), EMPTY_KEY
+        for i in range(start, last):
+            high = max(high, keys[i])
+        if high == EMPTY_KEY:
+            for i in range(start, last):
+                slot[i], depth[i] = np.int32(-1), np.float32(-np.inf)
+        else:
+            for i in range(start, last):
+                key = keys[i]
+                slot[i] = np.int32(-1) if key == EMPTY_KEY else np.int32(unpack_number(key))
+                depth[i] = np.float32(-np.inf) if key == EMPTY_KEY else unpack_depth(key)
+        for i in range(start, last if is_twice else start):
+            same[i] = slot[i]
+        start = last
 
 
 def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
@@ -85,8 +102,9 @@ def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
 
 
 def find_visible(
-    triangles: ScreenTriangles, offset: Array, options: RasterOptions, polygons: ScreenPolygons | None = None
-) -> Plane:
+    triangles: ScreenTriangles, offset: Array, options: RasterOptions, polygons: ScreenPolygons | None = None,
+    copy: Int32Array | None = None,
+) -> Plane:  # fmt: skip
     """Rasterize triangles at one sample position and keep the nearest at each pixel.
 
     Parameters
@@ -95,6 +113,7 @@ def find_visible(
     offset : (2,) the sample's place in the pixel, sub-pixels.
     options : the checked options.
     polygons : the rings of those among the triangles that stand for a polygon.
+    copy : (H, W), written with the slots, too, where there are no polygons.
     """
     width, height = options.size
     sampling = sampling_of(offset, options)
@@ -106,15 +125,21 @@ def find_visible(
         pairs = np.empty((height, width, 2))
         pairs[...] = (-np.inf, -1.0)
         run(options.algorithm, options.order, "pairs", pairs, triangles, sampling, options.threads)
-        return Plane(offset, pairs[..., 1].astype(np.int32), pairs[..., 0].copy())
+        slot = pairs[..., 1].astype(np.int32)
+        if copy is not None:
+            copy[...] = slot
+        return Plane(offset, slot, pairs[..., 0].copy())
 
-    keys = np.full((height, width), EMPTY_KEY)
+    keys = borrow((height, width), np.int64)
+    keys.fill(EMPTY_KEY)
     run(options.algorithm, options.order, "keys", keys, triangles, sampling, options.threads)
-    slot, depth = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
+    slot, depth = borrow((height, width), np.int32), borrow((height, width), np.float32)
 
     def unpack(y_start: int, y_end: int, stop: Event) -> None:
         """Split the keys of one band."""
-        unpack_kernel(keys[y_start:y_end], slot[y_start:y_end], depth[y_start:y_end])
+        rows = slice(y_start, y_end)
+        second = NOT_TWICE if copy is None else copy[rows].reshape(-1)
+        unpack_kernel(keys[rows].reshape(-1), slot[rows].reshape(-1), second, depth[rows].reshape(-1))
 
     run_bands(unpack, height, options.threads)
     return Plane(offset, slot, depth)
@@ -170,7 +195,7 @@ def find_barycentric(plane: Plane, triangles: ScreenTriangles, options: RasterOp
 
 def numbers_of(slot: Int32Array, number: Int32Array) -> Int32Array:
     """Return the number of the thing in each slot of a plane, -1 where there is nothing."""
-    found = np.empty(slot.shape, np.int32)
+    found = borrow(slot.shape, np.int32)
     numbers_kernel(slot.reshape(-1), number, found.reshape(-1))
     return found
 
@@ -271,8 +296,12 @@ def count_work(triangles: Int32Array, screen: ScreenTriangles, offsets: Array, o
 def rasterize_triangles(screen: ScreenTriangles, triangles: Int32Array, samples: int, options: RasterOptions) -> Visibility:
     """Rasterize triangles at every sample and return what is seen, by the number of the input triangle."""
     offsets = sample_offsets(samples, options.subpixel_bits)
-    planes = tuple(find_visible(screen, offset, options) for offset in offsets)
-    primitive = [plane.slot.copy() if is_whole(screen) else numbers_of(plane.slot, screen.source) for plane in planes]
+    whole, (width, height) = is_whole(screen), options.size
+    copies = [borrow((height, width), np.int32) if whole else None for _ in offsets]
+    planes = tuple(find_visible(screen, offset, options, copy=copy) for offset, copy in zip(offsets, copies, strict=True))
+    primitive = [
+        numbers_of(plane.slot, screen.source) if copy is None else copy for plane, copy in zip(planes, copies, strict=True)
+    ]
     return Visibility(
         primitive=primitive[0] if samples == 1 else np.stack(primitive, axis=2),
         depth=planes[0].depth if samples == 1 else np.stack([plane.depth for plane in planes], axis=2),
@@ -299,7 +328,7 @@ def interpolate_visible(visibility: Visibility, values: Array) -> Array:
     kernel = interpolate_float32_rows_kernel if values.dtype == np.float32 else interpolate_rows_kernel
     found = []
     for plane in visibility.planes:
-        out = np.zeros((height, width, values.shape[1]), values.dtype)
+        out = borrow((height, width, values.shape[1]), values.dtype)
 
         def shade(y_start: int, y_end: int, stop: Event, plane: Plane = plane, out: Array = out) -> None:
             """Interpolate in the rows of one band."""
