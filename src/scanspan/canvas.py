@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scanspan.assets.arrays import in_layout
 from scanspan.assets.buffers import check_corner_depths, check_screen_triangles, check_target, has_far_values
 from scanspan.assets.codes import to_code, to_codes
 from scanspan.assets.corner_colors import are_shaded, as_corner_colors, has_alpha, to_corner_codes
@@ -166,7 +167,7 @@ class Canvas:
         is_plain = name == "half-space" and antialias is False and nonfinite == "error" and depths is None
         if is_plain and paint_few(self.pixels, vertices, colors, sampling, self.threads):
             return
-        corners = check_screen_triangles(vertices, nonfinite, keeps_float32=depths is not None)
+        corners = check_screen_triangles(vertices, nonfinite, keeps_float32=True)
         is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
         if depths is not None:
             self._paint_deep(corners, colors, depths, name, sampling, is_smooth, nonfinite)
@@ -180,6 +181,7 @@ class Canvas:
             return
         codes = to_codes(colors, len(corners))
         if is_smooth:
+            corners = in_layout(corners, np.float64)
             kept = cull_triangles(corners, sampling.cull)
             codes = np.broadcast_to(codes, (len(corners), 4))[kept]
             points, starts, rings = as_polygons(corners[kept])
@@ -189,7 +191,7 @@ class Canvas:
         if name == "half-space" and kind == "opaque":
             paint_flat(target, corners, as_words(codes, len(corners)), sampling, self.threads)
             return
-        screen = screen_triangles(corners, bits)
+        screen = screen_triangles(in_layout(corners, np.float64), bits)
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
 

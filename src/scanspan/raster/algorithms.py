@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from queue import SimpleQueue
 from threading import Event
 from typing import Any
@@ -18,11 +16,12 @@ import numpy as np
 
 from scanspan.errors import InputError, unknown_name
 from scanspan.raster import half_space
+from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
 from scanspan.raster.write import EMPTY_KEY
-from scanspan.records import Array, Float64Array, Int64Array, Sampling, ScreenTriangles
+from scanspan.records import Array, Int64Array, Sampling, ScreenTriangles
 
 ALGORITHMS = {
     "half-space": "edge equations over the bounding box of each triangle",
@@ -106,14 +105,12 @@ PIXEL_KERNELS: dict[str, dict[str, Mapping[str, Callable[..., None]]]] = {
     "warnock": dict.fromkeys(ORDERS, Kernels("warnock.warnock_pixels", hits="warnock.warnock_hits")),
 }
 
-NEVER = Event()  # to stop; what one thread does is not stopped by another
 CHUNK = 1 << 16  # triangles between two looks at the keyboard
 MANY = 1 << 14  # triangles, from which on keys are written for blocks of them; fewer are not worth compiling that for,
 HEAVY, LOOKED_AT = 1 << 24, 256  # but if their boxes have so many samples, as far as a few of them tell
 CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
 NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
-BROAD = 256.0  # unless their boxes have so many pixels that it costs little to pass over them,
 LAYER_BYTES = 1 << 28  # if keys for each thread take no more than that
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
@@ -193,7 +190,7 @@ def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Samplin
         blocks.block_keys(keys, counters, drawn, near, first, last, within)
 
     layers = min(threads, 1 + LAYER_BYTES // max(1, target.nbytes))
-    if layers == 1 or len(triangles.corners) < SHARED or mean_box(triangles, sampling) > BROAD:
+    if layers == 1 or len(triangles.corners) < SHARED:
         return run_kernel(scan, target, triangles, sampling, threads)
     return run_layers(scan, target, triangles, sampling, layers)
 
@@ -314,33 +311,6 @@ def are_in_order(y_of: Callable[[Int64Array], Array], count: int, height: float)
         return True
     some = np.linspace(0, count - 2, 512).astype(np.int64)
     return bool(np.median(np.abs(y_of(some + 1) - y_of(some))) <= height / 16)
-
-
-def run_bands(
-    work: Callable[[int, int, Event], Any], height: int, threads: int, passes: int = 1, each: int = 2,
-    costs: Float64Array | None = None,
-) -> list[Any]:  # fmt: skip
-    """Call `work(y_start, y_end, stop)` for bands of rows and return what it gave, from the top band to the bottom one.
-
-    At least `passes` bands, and two a thread, so that one that finishes early has something to do; `each` a thread where it is
-    dear that every band looks at everything. `stop` is set when the others need not go on. With the `costs` of rows, (height,),
-    bands cost alike and may be empty; without, they are equally high.
-    """
-    count = max(1, min(max(passes, each * threads if threads > 1 else 1), height))
-    edges = [height * i // count for i in range(count + 1)]
-    sums = np.cumsum(costs) if costs is not None else np.zeros(1)
-    if count > 1 and sums[-1] > 0.0:
-        edges[1:-1] = np.searchsorted(sums, sums[-1] * np.arange(1, count) / count).tolist()
-    if threads == 1 or count == 1:
-        return [work(y_start, y_end, NEVER) for y_start, y_end in pairwise(edges)]
-    stop = Event()
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            return list(pool.map(work, edges[:-1], edges[1:], [stop] * count))
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
 
 
 def run_each(algorithm: str, order: str, kind: str, targets: Array, triangles: ScreenTriangles, sampling: Sampling) -> None:

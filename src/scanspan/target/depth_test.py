@@ -21,16 +21,19 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.assets.arrays import in_layout
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, inline_kernel, kernel
-from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run, run_bands
+from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run
+from scanspan.raster.bands import run_bands
 from scanspan.raster.flat import scan_flat, topmost_first
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
 from scanspan.target.gouraud import crop, shade_word, start_shade
+from scanspan.target.memory import borrow
 from scanspan.target.planes import SHADE_LANES, SURE
-from scanspan.target.tiles import Tiled, as_float64, sort_by_tiles
+from scanspan.target.tiles import Tiled, sort_by_tiles
 from scanspan.target.triangles import measure_boxes, run_rows, share_rows
 
 SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are tested where they are drawn
@@ -120,9 +123,10 @@ def paint_by_keys(
     if found is None:
         return
     screen, within, x_start, y_start = found
-    keys = np.full((within.y_end, within.x_end), EMPTY_KEY)
+    keys, numbers = (borrow((within.y_end, within.x_end), dtype) for dtype in (np.int64, np.int32))
+    keys.fill(EMPTY_KEY)
     run(algorithm, "rows", "keys", keys, screen, within, threads)
-    below, numbers = depth[y_start : y_start + within.y_end, x_start : x_start + within.x_end], np.empty(keys.shape, np.int32)
+    below = depth[y_start : y_start + within.y_end, x_start : x_start + within.x_end]
 
     def color_band(row: int, row_end: int, stop: Event) -> None:
         """Test and colour the rows of one band."""
@@ -152,7 +156,8 @@ def paint_deep(
     longest, total = measure_boxes(vertices, np.inf, np.inf)
     is_sure = colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE
     if algorithm != "half-space" or not is_sure or total > SMALL_BOX * count:
-        paint_by_keys(words, depth, as_float64(vertices), as_float64(depths), colors, algorithm, sampling, threads)
+        corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
+        paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return
     tiled = None
     if words.nbytes + depth.nbytes > CACHE_BYTES and not are_in_order(lambda some: vertices[some, 0, 1], count, len(words)):
@@ -160,14 +165,14 @@ def paint_deep(
     if tiled is not None:
         paint_tiles((words, depth), tiled, sampling, threads)
         return
-    corners, values = as_float64(vertices), (as_float64(depths), colors)
+    values = in_layout(depths, np.float64), colors
 
     def paint_band(y_start: int, y_end: int, stop: Event) -> None:
         """Paint the rows of one band."""
         target, within = (words[y_start:y_end], depth[y_start:y_end]), sampling._replace(y_start=y_start, y_end=y_end)
-        run_rows(deep_words, target, corners, values, within, stop)
+        run_rows(deep_words, target, vertices, values, within, stop)
 
-    share_rows(paint_band, words.shape, corners, threads)
+    share_rows(paint_band, words.shape, vertices, threads)
 
 
 def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling: Sampling, threads: int) -> None:
@@ -181,7 +186,7 @@ def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling:
                 continue
             x_start, x_end, y_start, y_end = tiled.rectangles[k]
             within = sampling._replace(x_start=x_start, x_end=x_end, y_start=y_start, y_end=y_end)
-            values = as_float64(tiled.depths[start:end]), tiled.colors[start:end]
-            run_rows(deep_words, target, as_float64(tiled.vertices[start:end]), values, within, stop, top=0)
+            values = in_layout(tiled.depths[start:end], np.float64), tiled.colors[start:end]
+            run_rows(deep_words, target, tiled.vertices[start:end], values, within, stop, top=0)
 
     run_bands(paint_some, len(tiled.rectangles), threads, costs=np.diff(tiled.starts).astype(np.float64))

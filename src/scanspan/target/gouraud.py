@@ -19,9 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.assets.arrays import in_layout
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, kernel
-from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_bands, run_kernel
+from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_kernel
+from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.flat import as_given, one_row, scan_flat
@@ -234,9 +236,7 @@ def paint_numbers(
     run_bands(color_band, within.y_end, 1 if numbers.size < SMALL_IMAGE else threads)
 
 
-def paint_opaque(
-    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, threads: int
-) -> None:
+def paint_opaque(pixels: UInt8Array, vertices: Array, colors: Array, algorithm: str, sampling: Sampling, threads: int) -> None:
     """Paint opaque triangles with colours at their corners over pixels, in order.
 
     Half-space has two ways. Small triangles are coloured where they are drawn: to find out what is seen of them costs more than
@@ -245,20 +245,21 @@ def paint_opaque(
     Parameters
     ----------
     pixels : (H, W, 4).
-    vertices : (N, 3, 2) corners in pixels, checked.
+    vertices : (N, 3, 2) corners in pixels, float32 or float64, checked.
     colors : (N, 3, 3) or (N, 3, 4), uint8, or float64 0..255.
     algorithm : a name of PAINTERS.
     sampling : of the whole image.
     threads : how many share the rows.
     """
     if algorithm != "half-space":
-        paint_numbers(pixels, vertices, colors, algorithm, sampling, threads)
+        paint_numbers(pixels, in_layout(vertices, np.float64), colors, algorithm, sampling, threads)
         return
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
     longest, total = measure_boxes(vertices, np.inf, np.inf)
     if colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE and total <= SMALL_BOX * count:
         run_flat(shaded_words, words, vertices, colors, sampling, threads)
         return
+    vertices = in_layout(vertices, np.float64)
     following, is_deep = np.arange(1, count + 1, dtype=np.int32), lie_deep(vertices, words.shape)
 
     def paint_band(y_start: int, y_end: int, stop: Event) -> None:
@@ -303,11 +304,11 @@ def paint_translucent(
 
 
 def paint_gouraud(
-    pixels: UInt8Array, vertices: Float64Array, colors: Array, algorithm: str, sampling: Sampling, is_opaque: bool,
-    is_linear: bool, threads: int,
+    pixels: UInt8Array, vertices: Array, colors: Array, algorithm: str, sampling: Sampling, is_opaque: bool, is_linear: bool,
+    threads: int,
 ) -> None:  # fmt: skip
     """Paint triangles with colours at their corners over pixels, in order; the parameters are those of paint_opaque."""
     if is_opaque:
         paint_opaque(pixels, vertices, colors, algorithm, sampling, threads)
     else:
-        paint_translucent(pixels, vertices, colors, algorithm, sampling, is_linear, threads)
+        paint_translucent(pixels, in_layout(vertices, np.float64), colors, algorithm, sampling, is_linear, threads)

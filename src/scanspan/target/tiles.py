@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.jit import bare_kernel
-from scanspan.raster.algorithms import run_bands
-from scanspan.records import Array, Float64Array, Int64Array, Integer, UInt8Array
+from scanspan.raster.bands import run_bands
+from scanspan.records import Array, Int64Array, Integer, UInt8Array
 
 COLUMN_BITS, ROW_BITS = 8, 6  # of a tile, 256 x 64 pixels; with depths it has 128 KiB
 MOST_TILES = 512  # else larger ones, as each takes some microseconds
@@ -149,8 +149,3 @@ def sort_by_tiles(vertices: Array, depths: Array, colors: UInt8Array, shape: tup
         for i in range(across)
     ]
     return Tiled(rectangles, starts, *copies)
-
-
-def as_float64(values: Array) -> Float64Array:
-    """Return values as kernels take them, copied only where they are float32."""
-    return np.asarray(values, np.float64)

@@ -14,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.assets.arrays import in_layout
 from scanspan.jit import bare_kernel
-from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE, run_bands
+from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE
+from scanspan.raster.bands import run_bands
 from scanspan.raster.covered import covered_words, room_for_bits
 from scanspan.raster.flat import LISTED, as_given, one_row, scan_flat
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array
@@ -43,7 +45,7 @@ def flat_words(
 
 
 @bare_kernel
-def measure_boxes(vertices: Float64Array, width: float, height: float) -> tuple[float, float]:
+def measure_boxes(vertices: Array, width: float, height: float) -> tuple[float, float]:
     """Return the longest side of the triangles' boxes, and the sum of the areas that these have within an image.
 
     Shapes  vertices: (N, 3, 2).
@@ -66,7 +68,7 @@ def as_words(codes: UInt8Array, count: int) -> Int32Array:
     return np.ascontiguousarray(words) if words.ndim else np.full(count, words, np.int32)
 
 
-def row_costs(vertices: Float64Array, height: int) -> Float64Array:
+def row_costs(vertices: Array, height: int) -> Float64Array:
     """Return what each row of a picture costs to paint, (height,), in nanoseconds, from some of the triangles."""
     some = vertices[:: max(1, len(vertices) // TOLD)]
     p, q, r = some[:, 0], some[:, 1], some[:, 2]  # reducing an axis of three takes ten times as long
@@ -81,7 +83,7 @@ def row_costs(vertices: Float64Array, height: int) -> Float64Array:
 
 
 def run_rows(
-    kernel: Callable[..., None], target: Any, vertices: Float64Array, values: Any, sampling: Sampling, stop: Event,
+    kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, stop: Event,
     top: int | None = None,
 ) -> None:  # fmt: skip
     """Run a kernel for the rows of a sampling, in chunks so that an interrupt is noticed.
@@ -90,21 +92,24 @@ def run_rows(
     ----------
     kernel : flat_words, or another of the same form.
     target : (h, W) int32, or what else the kernel writes.
-    vertices : (N, 3, 2) corners in pixels, checked.
-    values : (N, ...), as the kernel takes them.
+    vertices : (N, 3, 2) corners in pixels, checked; kernels get float64, a chunk at a time if they are float32.
+    values : (N, ...), or several of them, as the kernel takes them.
     sampling : with the rows of one band.
     stop : set where no more is wanted.
     top : the row of the image that target begins with; by default the first of the sampling.
     """
-    count, top = len(vertices), sampling.y_start if top is None else top
+    top = sampling.y_start if top is None else top
     room = np.empty((3, max(sampling.y_end - sampling.y_start, LISTED)), np.int64)
-    for first in range(0, count, CHUNK):
+    for first in range(0, len(vertices), CHUNK):
         if not stop.is_set():
-            kernel(target, vertices, values, room, top, first, min(first + CHUNK, count), sampling)
+            some = slice(first, first + CHUNK)
+            corners = in_layout(vertices[some], np.float64)
+            parts = tuple(part[some] for part in values) if isinstance(values, tuple) else values[some]
+            kernel(target, corners, parts, room, top, 0, len(corners), sampling)
 
 
 def run_flat(
-    kernel: Callable[..., None], target: Int32Array, vertices: Float64Array, values: Array, sampling: Sampling, threads: int
+    kernel: Callable[..., None], target: Int32Array, vertices: Array, values: Array, sampling: Sampling, threads: int
 ) -> None:
     """Run a kernel over all triangles, in bands of rows that cost alike.
 
@@ -120,12 +125,14 @@ def run_flat(
 
 
 def share_rows(
-    work: Callable[[int, int, Event], None], shape: tuple[int, ...], vertices: Float64Array, threads: int, passes: int = 1
-) -> None:
+    work: Callable[[int, int, Event], None], shape: tuple[int, ...], vertices: Array, threads: int, passes: int = 1,
+    is_deep: bool = False,
+) -> None:  # fmt: skip
     """Call `work(y_start, y_end, stop)` for bands of rows that cost alike to paint, `passes` or more.
 
     Where triangles cost much more than to pass over them, bands are so small that they stay in the cache, and two a thread; but
-    passing over them must not take longer than half of their painting, which it would in very large pictures.
+    passing over them must not take longer than half of their painting, which it would in very large pictures. Those that lie
+    deep are hardly painted, and so passed over once a thread.
     """
     count, height, pixels = len(vertices), shape[0], shape[0] * shape[1]
     if count == 0:
@@ -135,15 +142,13 @@ def share_rows(
         return
     costs = row_costs(vertices, height)
     mean = costs.sum() / count
-    if mean > 20 * SCAN_COST:
+    if mean > 20 * SCAN_COST and not is_deep:
         passes = max(passes, -(-4 * pixels // PASS_BYTES))
     passes = max(1, min(passes, int(mean / (2 * SCAN_COST))))
-    run_bands(work, height, threads, passes, each=2 if mean > 20 * SCAN_COST * threads else 1, costs=costs)
+    run_bands(work, height, threads, passes, each=2 if mean > 20 * SCAN_COST * threads and not is_deep else 1, costs=costs)
 
 
-def fill_rows(
-    target: Int32Array, vertices: Float64Array, words: Int32Array, sampling: Sampling, is_deep: bool, stop: Event
-) -> None:
+def fill_rows(target: Int32Array, vertices: Array, words: Int32Array, sampling: Sampling, is_deep: bool, stop: Event) -> None:
     """Paint triangles in order, each in one word, into the rows of a sampling; the parameters are those of run_rows.
 
     Where they lie deep, they are drawn from the last to the first, which is the same picture.
@@ -155,20 +160,23 @@ def fill_rows(
     for last in range(len(vertices), 0, -CHUNK):
         if not stop.is_set():
             first = max(last - CHUNK, 0)
-            covered_words(target, vertices, words, room, taken, still_open, sampling.y_start, first, last, sampling)
+            corners = in_layout(vertices[first:last], np.float64)
+            covered_words(
+                target, corners, words[first:last], room, taken, still_open, sampling.y_start, 0, last - first, sampling
+            )  # fmt: skip
 
 
-def lie_deep(vertices: Float64Array, shape: tuple[int, ...]) -> bool:
+def lie_deep(vertices: Array, shape: tuple[int, ...]) -> bool:
     """Say whether triangles are large and lie many deep in a picture, as far as some of them tell."""
     count, pixels = len(vertices), shape[0] * shape[1]
     if count < DEEP:
         return False
-    some = np.ascontiguousarray(vertices[:: max(1, count // TOLD)])
+    some = in_layout(vertices[:: max(1, count // TOLD)], np.float64)
     mean = measure_boxes(some, float(shape[1]), float(shape[0]))[1] / len(some)
     return mean >= LARGE_BOX and mean * count >= DEEP * pixels
 
 
-def paint_flat(target: Int32Array, vertices: Float64Array, words: Int32Array, sampling: Sampling, threads: int) -> None:
+def paint_flat(target: Int32Array, vertices: Array, words: Int32Array, sampling: Sampling, threads: int) -> None:
     """Paint triangles in order, each in one word; the parameters are those of run_flat."""
     is_deep = lie_deep(vertices, target.shape)
 
@@ -177,4 +185,4 @@ def paint_flat(target: Int32Array, vertices: Float64Array, words: Int32Array, sa
         within = sampling._replace(y_start=y_start, y_end=y_end)
         fill_rows(target[y_start:y_end], vertices, words, within, is_deep, stop)
 
-    share_rows(fill_band, target.shape, vertices, threads)
+    share_rows(fill_band, target.shape, vertices, threads, is_deep=is_deep)

@@ -16,7 +16,8 @@ import numpy as np
 
 from scanspan.errors import InputError
 from scanspan.jit import kernel
-from scanspan.raster.algorithms import run, run_bands
+from scanspan.raster.algorithms import run
+from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import BREACHES, COUNTERS, NAMES
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.trapezoids import draw_polygons
