@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import scanspan as ss
-from scanspan.raster.bands import run_bands
+from scanspan.bands import run_bands
 from scanspan.target import gouraud, triangles
 from tests import exact
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import scanspan as ss
-from scanspan.target import memory
+from scanspan import memory
 
 SHAPE = (512, 1024)
 

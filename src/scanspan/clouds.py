@@ -15,10 +15,10 @@ import numpy as np
 from scanspan.assets.camera import Camera
 from scanspan.assets.framing import parse_up
 from scanspan.assets.scene import Instance, Scene
+from scanspan.bands import run_bands
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.spacing import find_spacing
 from scanspan.homogeneous import compose, quote, transform_points
-from scanspan.raster.bands import run_bands
 from scanspan.raster.splat_sums import DEEP, blend_splats
 from scanspan.raster.splats import PAD, cut_blocks, draw_splats, new_keys, pixel_matrix
 from scanspan.raster.write import EMPTY_KEY, NUMBER_MASK

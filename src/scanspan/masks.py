@@ -18,6 +18,7 @@ from scanspan.assets.geometries import PolygonList, as_polygons
 from scanspan.assets.placement import Window, check_raster, check_windows, place, select_near
 from scanspan.assets.rings import FILL_RULES
 from scanspan.assets.values import check_reduction, fill_value, rank_values, sum_values
+from scanspan.bands import run_bands
 from scanspan.errors import InputError, LimitError, unknown_name
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.raster.algorithms import PASS_BYTES, SMALL, SMALL_IMAGE
@@ -25,7 +26,6 @@ from scanspan.raster.aperture import APERTURES, weigh
 from scanspan.raster.area import make_areas
 from scanspan.raster.area_edges import AREA_BITS
 from scanspan.raster.area_pieces import make_sweep
-from scanspan.raster.bands import run_bands
 from scanspan.raster.options import check_subpixel_bits, check_threads, sample_centers
 from scanspan.raster.shares import TILE, Shares, add_shares, largest_share, sum_shares
 from scanspan.raster.spans import count_inside, count_spans, cut_spans, mark_inside, rank_inside, rank_spans, sum_spans

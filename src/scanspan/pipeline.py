@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -295,7 +296,7 @@ def rasterize(
 def way_to_screen(options: RasterOptions) -> Callable[..., ScreenTriangles]:
     """Return what brings triangles to the screen: clipping, unless the algorithm does without, or whole pixels decide."""
     if options.algorithm != "homogeneous" and options.coverage == "sample":
-        return to_screen
+        return partial(to_screen, threads=options.threads)
     from scanspan.raster.homogeneous_edges import without_clipping
 
     return without_clipping

@@ -159,7 +159,7 @@ def clip_kernel(
 
 
 def to_screen(
-    clip: Float64Array, triangles: Int32Array, size: tuple[int, int], subpixel_bits: int, far: bool = False
+    clip: Float64Array, triangles: Int32Array, size: tuple[int, int], subpixel_bits: int, far: bool = False, threads: int = 1
 ) -> ScreenTriangles:
     """Clip, project and snap triangles.
 
@@ -170,9 +170,10 @@ def to_screen(
     size : width and height of the image in pixels.
     subpixel_bits : s, 4 to 16.
     far : whether to cut at z = w.
+    threads : how many share the vertices.
     """
     planes = clip_planes(size, far)
-    seen = project(clip, planes, size, subpixel_bits)
+    seen = project(clip, planes, size, subpixel_bits, threads)
     if not seen.all_codes:
         n = len(triangles)
         return ScreenTriangles(

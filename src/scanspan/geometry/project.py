@@ -5,13 +5,17 @@ The products that lead to clip coordinates are in homogeneous.py, in a fixed ord
 
 from __future__ import annotations
 
+from threading import Event
 from typing import NamedTuple
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.geometry.fixed_point import MAX_COORDINATE, halves_sign, product_halves
 from scanspan.jit import helper_kernel, kernel
 from scanspan.records import Array, BoolArray, Float64Array, Int64Array, Integer, ScreenTriangles, UInt8Array
+
+MANY = 1 << 16  # vertices, from which on threads share them
 
 
 @helper_kernel
@@ -68,11 +72,17 @@ class Projected(NamedTuple):
     all_codes: int  # the bits that occur
 
 
-def project(clip: Float64Array, planes: Float64Array, size: tuple[int, int], subpixel_bits: int) -> Projected:
-    """Project and snap (V, 4) clip coordinates, and find which planes they lie outside of."""
-    count = len(clip)
+def project(clip: Float64Array, planes: Float64Array, size: tuple[int, int], subpixel_bits: int, threads: int = 1) -> Projected:
+    """Project and snap (V, 4) clip coordinates, and find which planes they lie outside of; many are shared by threads."""
+    count, middle, scale = len(clip), (size[0] / 2, size[1] / 2), float(1 << subpixel_bits)
     xy, depth, outcodes = np.empty((count, 2), np.int64), np.empty(count), np.empty(count, np.uint8)
-    found = project_kernel(clip, planes, size[0] / 2, size[1] / 2, float(1 << subpixel_bits), outcodes, xy, depth)
+
+    def project_some(first: int, last: int, stop: Event) -> int:
+        """Project some of the vertices."""
+        some = slice(first, last)
+        return int(project_kernel(clip[some], planes, *middle, scale, outcodes[some], xy[some], depth[some]))
+
+    found = np.bitwise_or.reduce(run_bands(project_some, count, threads if count >= MANY else 1, each=1))
     return Projected(xy, depth, outcodes, int(found))
 
 

@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.errors import InputError, unknown_name
+from scanspan.memory import borrow
 from scanspan.raster import half_space
-from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.setup import FLOATS, INTEGERS, set_up_outlines
@@ -225,14 +226,18 @@ def draw_layers(
     Each thread has keys of its own, which are `empty`, and the first one those of the target; what the calls gave is returned
     in order. `merge` may be another operation in which neither order nor grouping matters.
     """
-    free = SimpleQueue[Int64Array]()
-    others = [np.full(target.shape, empty, np.int64) for _ in range(threads - 1)]
-    for keys in (target, *others):
+    free = SimpleQueue[Int64Array | None]()
+    others: list[Int64Array] = []
+    for keys in (target, *[None] * (threads - 1)):
         free.put(keys)
 
     def draw_part(first: int, last: int, stop: Event) -> Any:
         """Draw some of them into keys that no other thread has."""
         keys = free.get()
+        if keys is None:
+            keys = borrow(target.shape, np.int64)
+            keys.fill(empty)
+            others.append(keys)
         found = draw(keys, first, last, stop)
         free.put(keys)
         return found

@@ -18,13 +18,13 @@ from threading import Event
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.color.transfer import STARTS
 from scanspan.jit import bare_helper, bare_kernel
 from scanspan.raster.algorithms import SMALL_IMAGE
 from scanspan.raster.area import Areas, make_areas, sweep_areas
 from scanspan.raster.area_edges import UNIT, WHOLE
 from scanspan.raster.area_pieces import AreaSweep, make_sweep
-from scanspan.raster.bands import run_bands
 from scanspan.records import Int32Array, Int64Array, Integer, UInt8Array
 from scanspan.shade.color import THRESHOLDS
 from scanspan.shade.srgb import encode_value

@@ -22,16 +22,16 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import in_layout
+from scanspan.bands import run_bands
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, inline_kernel, kernel
+from scanspan.memory import borrow
 from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run
-from scanspan.raster.bands import run_bands
 from scanspan.raster.flat import scan_flat, topmost_first
 from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
 from scanspan.target.gouraud import crop, shade_word, start_shade
-from scanspan.target.memory import borrow
 from scanspan.target.planes import SHADE_LANES, SURE
 from scanspan.target.tiles import Tiled, sort_by_tiles
 from scanspan.target.triangles import measure_boxes, run_rows, share_rows

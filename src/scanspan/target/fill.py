@@ -17,9 +17,9 @@ from threading import Event
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.geometry.polygon_triangles import flat_triangles
 from scanspan.raster.algorithms import SMALL, is_small, run_kernel
-from scanspan.raster.bands import run_bands
 from scanspan.raster.seeds import OUTLINE, drawn_runs, fill_regions
 from scanspan.raster.segment import DIAMOND_EXIT, RUN_LENGTH
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling

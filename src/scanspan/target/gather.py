@@ -10,9 +10,9 @@ from threading import Event
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.geometry.world import World
 from scanspan.raster.algorithms import count_passes, run_kernel
-from scanspan.raster.bands import run_bands
 from scanspan.raster.points import place_points, sort_places
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, ScreenTriangles
 from scanspan.target.reduce import POINTS, SEGMENTS, TRIANGLES

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import in_layout
+from scanspan.bands import run_bands
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, bare_kernel, kernel
 from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_kernel
-from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge_walk import edge_walk
 from scanspan.raster.flat import as_given, one_row, scan_flat

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scanspan.assets.scene import Scene
-from scanspan.raster.bands import run_bands
+from scanspan.bands import run_bands
 from scanspan.records import DrawList, Float32Array, Int64Array, ScreenTriangles, UInt8Array
 from scanspan.shade.shading import ROWS, Surfaces, shade_rows
 from scanspan.target.peel import Part, find_layers

@@ -12,9 +12,9 @@ import numpy as np
 
 from scanspan.assets.camera import Camera
 from scanspan.assets.splats.cache import ORDERS, STRIDES, BlockCache, pass_ends
+from scanspan.bands import run_bands
 from scanspan.color.transfer import STARTS
 from scanspan.geometry.cut import NodeColumns, SplatView, largest_gap, stretch_of_nodes
-from scanspan.raster.bands import run_bands
 from scanspan.raster.splats import draw_splats, new_keys, pixel_matrix
 from scanspan.records import Float32Array, Int64Array, UInt8Array
 from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS

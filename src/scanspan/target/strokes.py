@@ -11,12 +11,12 @@ from threading import Event
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.geometry.fixed_point import snap_points
 from scanspan.geometry.stroke import Shapes
 from scanspan.jit import kernel
 from scanspan.raster.algorithms import CHUNK, SMALL
 from scanspan.raster.area_edges import AREA_BITS
-from scanspan.raster.bands import run_bands
 from scanspan.raster.options import sample_centers
 from scanspan.raster.polygon import NON_ZERO
 from scanspan.raster.segment import DIAMOND_EXIT

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.jit import bare_kernel
-from scanspan.raster.bands import run_bands
 from scanspan.records import Array, Int64Array, Integer, UInt8Array
 
 COLUMN_BITS, ROW_BITS = 8, 6  # of a tile, 256 x 64 pixels; with depths it has 128 KiB

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import in_layout
+from scanspan.bands import run_bands
 from scanspan.jit import bare_kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE
-from scanspan.raster.bands import run_bands
 from scanspan.raster.covered import covered_words, room_for_bits
 from scanspan.raster.flat import LISTED, as_given, one_row, scan_flat
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array

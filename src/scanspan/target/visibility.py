@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scanspan.bands import run_bands
 from scanspan.errors import InputError
 from scanspan.jit import kernel
+from scanspan.memory import borrow
 from scanspan.raster.algorithms import run
-from scanspan.raster.bands import run_bands
 from scanspan.raster.counters import BREACHES, COUNTERS, NAMES
 from scanspan.raster.options import OffscreenPoint, make_sampling
 from scanspan.raster.trapezoids import draw_polygons
@@ -39,7 +40,6 @@ from scanspan.shade.interpolate import (
     interpolate_rows_kernel,
     numbers_kernel,
 )
-from scanspan.target.memory import borrow
 from scanspan.target.merge import merge_kernel
 
 UNPACKED = 256  # keys looked at together for whether all are empty
