@@ -47,27 +47,24 @@ def make_arithmetic() -> Callable[[int], Any]:
 
 
 def make_painter(scene: scenes.FlatScene) -> Callable[[int], Any]:
-    """Return the painting of a flat scene by so many threads."""
+    """Return the painting of triangles on the screen by so many threads, tested against depths where they have any."""
     picture = np.zeros((scene.size[1], scene.size[0], 4), np.uint8)
+    depth = np.empty(picture.shape[:2], np.float32)
+    depths = None if scene.depths is None else -scene.depths
 
     def draw(threads: int) -> None:
         picture.fill(0)
-        scanspan.Canvas.from_array(picture, threads=threads).triangles(scene.vertices, scene.colors)
+        depth.fill(-np.inf)
+        canvas = scanspan.Canvas.from_array(picture, depth, threads=threads)
+        canvas.triangles(scene.vertices, scene.colors, depths=depths)
 
     return draw
 
 
-def make_rasterizer(scene: Any) -> Callable[[int], Any]:
-    """Return `rasterize` of a scene with depth, and `interpolate` of three colours at each vertex."""
-    if isinstance(scene, scenes.MeshScene):
-        clip = np.column_stack([scene.positions, np.ones(scene.positions.shape[0])]) @ scene.matrix.T
-        triangles = scene.triangles
-    else:
-        corners = np.ones((scene.count, 3, 4))
-        np.multiply(scene.vertices, (2.0 / scene.size[0], -2.0 / scene.size[1]), out=corners[..., :2])
-        corners[..., :2] += (-1, 1)
-        corners[..., 2] = 2 * scene.depths - 1.0
-        clip, triangles = corners.reshape(-1, 4), np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3)
+def make_rasterizer(scene: scenes.MeshScene) -> Callable[[int], Any]:
+    """Return `rasterize` of a mesh, and `interpolate` of three colours at each vertex."""
+    clip = np.column_stack([scene.positions, np.ones(scene.positions.shape[0])]) @ scene.matrix.T
+    triangles = scene.triangles
     colors = np.random.default_rng(1).uniform(0, 1, (clip.shape[0], 3)).astype(np.float32)
 
     def draw(threads: int) -> None:
@@ -100,7 +97,7 @@ def main(arguments: list[str] | None = None) -> int:
             draw = make_arithmetic()
         else:
             scene = scenes.make(name)
-            draw = make_painter(scene) if name in scenes.FLAT else make_rasterizer(scene)
+            draw = make_rasterizer(scene) if isinstance(scene, scenes.MeshScene) else make_painter(scene)
         times = measure(draw, options.reps)
         more = " | ".join(f"{times[0] / value:.2f} x" for value in times[1:])
         print(f"| {name} | {times[0] * 1e3:,.1f} ms | {more} |", flush=True)

@@ -190,7 +190,7 @@ def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Samplin
         """Scan some triangles of the order."""
         blocks.block_keys(keys, counters, drawn, near, first, last, within)
 
-    layers = min(threads, 1 + LAYER_BYTES // max(1, target.nbytes))
+    layers = min(threads, 1 + LAYER_BYTES // max(1, target.nbytes), max(2, len(triangles.corners) // (2 * SHARED)))
     if layers == 1 or len(triangles.corners) < SHARED:
         return run_kernel(scan, target, triangles, sampling, threads)
     return run_layers(scan, target, triangles, sampling, layers)
