@@ -235,6 +235,8 @@ def draw_canvases() -> None:
             canvas.triangles(triangle, corners, algorithm=algorithm)
             canvas.triangles(triangle, corners / 255.0, algorithm=algorithm)
             canvas.triangles(np.repeat(triangle, 65, axis=0), color, algorithm=algorithm)
+            if alpha == 255:
+                canvas.triangles(triangle, color, depths=[(1, 2, 3)], algorithm=algorithm)
         for algorithm in ("scanline", "parity", "triangles", "flood"):
             canvas.polygon(star, color, algorithm=algorithm)
         canvas.polygons([star, star], color, antialias=True, overlap="over")

@@ -112,6 +112,7 @@ HEAVY, LOOKED_AT = 1 << 24, 256  # but if their boxes have so many samples, as f
 CELL_BITS = 7  # of the pixels along a side of the cells by which triangles are ordered
 NATURAL = np.empty(0, np.int32)  # the order of triangles in their list
 SHARED = 1 << 15  # triangles, from which on threads share them rather than the rows,
+LARGE_BOX = 4096.0  # pixels, from which on most of a triangle lies in blocks that may be hidden as a whole
 LAYER_BYTES = 1 << 28  # if keys for each thread take no more than that
 SMALL = 1 << 12  # triangles, and
 PASS_BYTES = 1 << 22  # of a target that one band may have where triangles come in no order
@@ -174,7 +175,10 @@ def mean_box(triangles: ScreenTriangles, sampling: Sampling) -> float:
 
 
 def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Sampling, threads: int) -> Int64Array:
-    """Scan-convert many triangles into keys with the kernel for blocks of them, in an order that stays near."""
+    """Scan-convert many triangles into keys with the kernel for blocks of them, in an order that suits them.
+
+    Those that jump about are drawn by their place; large ones from the nearest on, which hide the others before they are drawn.
+    """
     from scanspan.raster import blocks
 
     near = NATURAL
@@ -185,6 +189,9 @@ def run_blocks(target: Int64Array, triangles: ScreenTriangles, sampling: Samplin
         blocks.sort_triangles(
             triangles.xy, triangles.corners, sampling.subpixel_bits, CELL_BITS, starts, np.int64(across), cells, near
         )
+
+    elif mean_box(triangles, sampling) >= LARGE_BOX:
+        near = np.argsort(-triangles.depth[triangles.corners].mean(axis=1), kind="stable").astype(np.int32)
 
     def scan(keys: Array, counters: Int64Array, drawn: ScreenTriangles, first: int, last: int, within: Sampling) -> None:
         """Scan some triangles of the order."""

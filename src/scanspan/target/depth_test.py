@@ -32,9 +32,9 @@ from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
 from scanspan.target.gouraud import crop, shade_word, start_shade
-from scanspan.target.planes import SHADE_LANES, SURE
+from scanspan.target.planes import SHADE_LANES
 from scanspan.target.tiles import Tiled, sort_by_tiles
-from scanspan.target.triangles import measure_boxes, run_rows, share_rows
+from scanspan.target.triangles import measure_triangles, run_rows, share_rows
 
 SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are tested where they are drawn
 CACHE_BYTES = 1 << 22  # of pixels and depths, up to which triangles in no order do no harm
@@ -153,9 +153,8 @@ def paint_deep(
     threads : how many share the rows.
     """
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    longest, total = measure_boxes(vertices, np.inf, np.inf)
-    is_sure = colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE
-    if algorithm != "half-space" or not is_sure or total > SMALL_BOX * count:
+    is_sure, mean = measure_triangles(vertices, sampling.subpixel_bits)
+    if algorithm != "half-space" or colors.dtype != np.uint8 or not is_sure or mean > SMALL_BOX:
         corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
         paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return

@@ -38,14 +38,13 @@ from scanspan.target.paint import PAINTERS
 from scanspan.target.planes import (
     OPAQUE,
     SHADE_LANES,
-    SURE,
     channel_code,
     channel_plane,
     corner_values,
     start_planes,
     sure_code,
 )
-from scanspan.target.triangles import fill_rows, lie_deep, measure_boxes, run_flat, share_rows
+from scanspan.target.triangles import fill_rows, lie_deep, measure_triangles, run_flat, share_rows
 
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
 LIST_BYTES = 1 << 21  # of the lists of one band; they stay in the cache
@@ -255,8 +254,8 @@ def paint_opaque(pixels: UInt8Array, vertices: Array, colors: Array, algorithm: 
         paint_numbers(pixels, in_layout(vertices, np.float64), colors, algorithm, sampling, threads)
         return
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    longest, total = measure_boxes(vertices, np.inf, np.inf)
-    if colors.dtype == np.uint8 and longest * (1 << sampling.subpixel_bits) < SURE and total <= SMALL_BOX * count:
+    is_sure, mean = measure_triangles(vertices, sampling.subpixel_bits)
+    if colors.dtype == np.uint8 and is_sure and mean <= SMALL_BOX:
         run_flat(shaded_words, words, vertices, colors, sampling, threads)
         return
     vertices = in_layout(vertices, np.float64)

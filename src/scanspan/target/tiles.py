@@ -19,7 +19,7 @@ from scanspan.bands import run_bands
 from scanspan.jit import bare_kernel
 from scanspan.records import Array, Int64Array, Integer, UInt8Array
 
-COLUMN_BITS, ROW_BITS = 8, 6  # of a tile, 256 x 64 pixels; with depths it has 128 KiB
+COLUMN_BITS, ROW_BITS = 7, 7  # of a tile, 128 x 128 pixels; with depths it has 128 KiB
 MOST_TILES = 512  # else larger ones, as each takes some microseconds
 MOST_COPIES = 4  # of a triangle, in the mean, up to which sorting is worth it
 FIRST = 0.5 + 1 / 32  # pixels from the corner of a pixel to its centre, and what snapping to 1/16 may move a vertex by

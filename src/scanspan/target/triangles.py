@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from scanspan.assets.arrays import in_layout
+from scanspan.assets.buffers import has_far_values
 from scanspan.bands import run_bands
 from scanspan.jit import bare_kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE
@@ -22,6 +23,7 @@ from scanspan.raster.covered import covered_words, room_for_bits
 from scanspan.raster.flat import LISTED, as_given, one_row, scan_flat
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array
 from scanspan.target.blend import one_word, write_word
+from scanspan.target.planes import SURE
 
 WORD_LANES = np.int64(16)  # 32-bit words in a vector of 64 bytes
 PASS_BYTES = 1 << 21  # of a picture in one band, where it is cut for the sake of the cache
@@ -60,6 +62,18 @@ def measure_boxes(vertices: Array, width: float, height: float) -> tuple[float, 
         across, down = min(high_x, width) - max(low_x, 0.0), min(high_y, height) - max(low_y, 0.0)
         total += max(across, 0.0) * max(down, 0.0)
     return longest, total
+
+
+def measure_triangles(vertices: Array, subpixel_bits: int) -> tuple[bool, float]:
+    """Say whether sums of edge values times 8-bit colours are exact for all triangles; and give the area of their mean box.
+
+    What all coordinates lie within tells of most pictures that they are; the area is that of some triangles.
+    """
+    limit = SURE / (1 << subpixel_bits)
+    some = in_layout(vertices[:: max(1, len(vertices) // TOLD)], np.float64)
+    mean = measure_boxes(some, np.inf, np.inf)[1] / max(1, len(some))
+    is_sure = not has_far_values(vertices.reshape(-1), limit / 4) or measure_boxes(vertices, np.inf, np.inf)[0] < limit
+    return bool(is_sure), mean
 
 
 def as_words(codes: UInt8Array, count: int) -> Int32Array:
