@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import scanspan as ss
 from scanspan.bands import run_bands
-from scanspan.target import gouraud, triangles
+from scanspan.target import gouraud, planes, triangles
 from tests import exact
 
 Floats = NDArray[np.float64]
@@ -80,7 +80,7 @@ def test_both_ways_to_shade_give_the_same_bits(bits: int, threads: int, monkeypa
     rng, pictures = np.random.default_rng(5), []
     vertices = classes(rng)
     reach = (vertices.max(axis=1) - vertices.min(axis=1)).max(axis=1)
-    vertices = rng.permutation(vertices[reach * 2**bits < gouraud.SURE])
+    vertices = rng.permutation(vertices[reach * 2**bits < planes.SURE])
     colors = rng.integers(0, 256, (len(vertices), 3, 3)).astype(np.uint8)
     for limit in (0.0, np.inf):
         monkeypatch.setattr(gouraud, "SMALL_BOX", limit)
