@@ -3,8 +3,8 @@
 Files are truncated and mutated: bytes changed, taken out and put in, words of the language and counts that are too large among
 them. Each is read, and some are drawn, saved and read again. What counts as a fault: an exception that is not one of ours or
 that says "the file is damaged" (a reader that knows its format says what is wrong), more than a minute of a processor for one
-file, or more than 1 GiB of memory more than the process has had before. A file that shows one is kept in a temporary folder and named; the
-program then exits with 1. It prints what came out, so that no fault cannot come from reading nothing.
+file, or more than 1 GiB of memory beyond what the process has had before. A file that shows one is kept in a temporary folder
+and named; the program then exits with 1. It prints what came out, so that no fault cannot come from reading nothing.
 """
 
 from __future__ import annotations
