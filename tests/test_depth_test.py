@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import scanspan as ss
-from scanspan.target import depth_test
+from scanspan.target import depth_test, gouraud
 from tests.painting import random_triangles
 
 ALGORITHMS = tuple(ss.ALGORITHMS)
@@ -105,7 +105,7 @@ def test_both_ways_of_half_space_give_the_same_bits(
     colors[..., 3] = 255
     pictures = []
     for box, threads in ((1e9, 1), (1e9, 3), (0.0, 1), (0.0, 3)):
-        monkeypatch.setattr(depth_test, "SMALL_BOX", box)
+        monkeypatch.setattr(gouraud, "SMALL_BOX", box)
         monkeypatch.setattr(depth_test, "CACHE_BYTES", 1 << 19)
         pictures.append(painted(triangles, colors, depths, size, threads=threads, **options))
     for pixels, depth in pictures[1:]:

@@ -70,9 +70,14 @@ def run_bands(
             stop.set()
             raise
 
-    others = [helpers().submit(take_part) for _ in range(min(threads, count) - 1)]
+    others: list[Future[None]] = []
     try:
+        for _ in range(min(threads, count) - 1):
+            others.append(helpers().submit(take_part))
         take_part()
+    except BaseException:
+        stop.set()
+        raise
     finally:
         let_end(others, stop)
     for other in others:

@@ -41,7 +41,7 @@ from scanspan.raster.stroke_options import check_extent, check_stroke
 from scanspan.records import Float32Array, Float64Array, Int32Array, Sampling, UInt8Array
 from scanspan.target.blend import pack_colors, pack_values
 from scanspan.target.cover import paint_polygons
-from scanspan.target.depth_test import paint_deep
+from scanspan.target.depth_test import paint_tested
 from scanspan.target.few import OVERLAPS, paint_few, plan_triangles
 from scanspan.target.fill import FILLS, fill_polygons, paint_runs
 from scanspan.target.gouraud import paint_gouraud
@@ -113,7 +113,7 @@ class Canvas:
         Parameters
         ----------
         pixels : (H, W, 4) uint8, C-contiguous and writable, sRGB with straight alpha.
-        depth : (H, W) float32, the same; of a Frame or a Visibility, to paint into what was rendered.
+        depth : (H, W) float32, the same, the larger the nearer: of a Visibility, or the negative of a Frame's distances.
         blend, threads : as for Canvas.
         """
         check_target("pixels", pixels, np.uint8, ("H", "W", 4))
@@ -170,7 +170,7 @@ class Canvas:
         corners = check_screen_triangles(vertices, nonfinite, keeps_float32=True)
         is_smooth, is_shaded = check_flag("antialias", antialias), are_shaded(colors)
         if depths is not None:
-            self._paint_deep(corners, colors, depths, name, sampling, is_smooth, nonfinite)
+            self._paint_tested(corners, colors, depths, name, sampling, is_smooth, nonfinite)
             return
         if is_smooth and is_shaded:
             raise InputError("colors: one for each corner, and antialias = True: antialiased triangles have one colour each")
@@ -195,7 +195,7 @@ class Canvas:
         screen = screen._replace(depth=np.repeat(np.broadcast_to(pack_colors(codes), len(corners)), 3).astype(np.float64))
         run_kernel(PAINTERS[name][kind], target, screen, sampling, self.threads)
 
-    def _paint_deep(
+    def _paint_tested(
         self, corners: NDArray[Any], colors: Any, depths: ArrayLike, algorithm: str, sampling: Sampling, is_smooth: bool,
         nonfinite: str,
     ) -> None:  # fmt: skip
@@ -208,7 +208,7 @@ class Canvas:
         found, kept = check_corner_depths(depths, count, nonfinite)
         if kept is not None:
             corners = np.where(kept[:, None, None], corners, 0.0)
-        paint_deep(self.pixels, self.depth, corners, found, shades, algorithm, sampling, self.threads)
+        paint_tested(self.pixels, self.depth, corners, found, shades, algorithm, sampling, self.threads)
 
     def polygon(
         self, rings: Any, color: Any, *, fill_rule: str = "even-odd", algorithm: str = "scanline",

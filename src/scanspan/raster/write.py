@@ -31,7 +31,9 @@ MAGNITUDE = np.int32(0x7FFFFFFF)
 
 
 @helper_kernel
-def is_nearer(depth: float, primitive: float, other_depth: float, other_primitive: float) -> bool:
+def is_nearer(
+    depth: float | np.float32, primitive: float, other_depth: float | np.float32, other_primitive: float
+) -> bool | np.bool_:
     """Say whether the first of two samples hides the second: the larger depth, then the lower number.
 
     An empty sample has depth -inf, so everything hides it.

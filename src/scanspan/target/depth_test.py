@@ -28,15 +28,15 @@ from scanspan.jit import bare_helper, bare_kernel, inline_kernel, kernel
 from scanspan.memory import borrow
 from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run
 from scanspan.raster.flat import scan_flat, topmost_first
-from scanspan.raster.write import EMPTY_KEY, unpack_depth, unpack_number
+from scanspan.raster.write import EMPTY_KEY, is_nearer, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
-from scanspan.target.gouraud import crop, shade_word, start_shade
+from scanspan.target.gouraud import are_shaded_in_place, crop, shade_word, start_shade
 from scanspan.target.planes import SHADE_LANES
 from scanspan.target.tiles import Tiled, sort_by_tiles
-from scanspan.target.triangles import measure_triangles, run_rows, share_rows
+from scanspan.target.triangles import run_flat, run_rows
 
-SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are tested where they are drawn
+THERE, NEW = -1.0, 0.0  # as numbers of primitives: of equal depths, what is there comes first
 CACHE_BYTES = 1 << 22  # of pixels and depths, up to which triangles in no order do no harm
 
 
@@ -47,7 +47,7 @@ def two_rows(target: tuple[Int32Array, Float32Array], start: Integer, end: Integ
 
 
 @bare_helper
-def start_deep(
+def start_tested(
     values: tuple[Float64Array, UInt8Array], n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer,
     f1: Integer, f2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
 ) -> Any:  # fmt: skip
@@ -68,19 +68,19 @@ def start_deep(
 
 
 @bare_helper
-def write_deep(row: tuple[Int32Array, Float32Array], k: int, inside: bool, value: Any, i: Integer, j: Integer) -> None:
+def write_tested(row: tuple[Int32Array, Float32Array], k: int, inside: bool, value: Any, i: Integer, j: Integer) -> None:
     """Colour one pixel of a box, (i, j) from its first, where it is nearer than what is there; two masked stores."""
     words, depths = row
     start, slope1, slope2, f1, f2, a1, a2, b1, b2, shade = value
     x, y = np.float64(i), np.float64(j)
     depth = np.float32((start + (((f1 + y * b1) + x * a1) * slope1 + ((f2 + y * b2) + x * a2) * slope2)) + 0.0)
     word = shade_word(shade, i, j)
-    if inside and depth > depths[k]:  # in this order: a lane beyond the box may lie beyond the picture
+    if inside and is_nearer(depth, NEW, depths[k], THERE):  # in this order: a lane beyond the box may lie beyond the picture
         words[k], depths[k] = word, depth
 
 
 @bare_kernel
-def deep_words(
+def tested_words(
     target: tuple[Int32Array, Float32Array], vertices: Float64Array, values: tuple[Float64Array, UInt8Array], room: Int64Array,
     top: int, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
@@ -93,7 +93,7 @@ def deep_words(
     width, size = np.int64(words.shape[1]), words.shape[0] * words.shape[1]
     flat = (words.reshape(size), depths.reshape(size))
     scan_flat(
-        topmost_first, start_deep, write_deep, two_rows, SHADE_LANES, flat, width, vertices, values, room, top, first, last,
+        topmost_first, start_tested, write_tested, two_rows, SHADE_LANES, flat, width, vertices, values, room, top, first, last,
         sampling,
     )  # fmt: skip
 
@@ -108,16 +108,16 @@ def keep_nearer(keys: Int64Array, depths: Float32Array, numbers: Int32Array) -> 
         for i in range(keys.shape[1]):
             key = keys[j, i]
             depth = unpack_depth(key)
-            is_nearer = (key != EMPTY_KEY) & (depth > depths[j, i])
-            depths[j, i] = depth if is_nearer else depths[j, i]
-            numbers[j, i] = np.int32(unpack_number(key) + 1) if is_nearer else np.int32(0)
+            is_seen = (key != EMPTY_KEY) & is_nearer(depth, NEW, depths[j, i], THERE)
+            depths[j, i] = depth if is_seen else depths[j, i]
+            numbers[j, i] = np.int32(unpack_number(key) + 1) if is_seen else np.int32(0)
 
 
 def paint_by_keys(
     words: Int32Array, depth: Float32Array, vertices: Float64Array, depths: Float64Array, colors: Array, algorithm: str,
     sampling: Sampling, threads: int,
 ) -> None:  # fmt: skip
-    """Find out which triangle is nearest at each pixel, then colour what is seen; the parameters are those of paint_deep."""
+    """Find out which triangle is nearest at each pixel, then colour what is seen; the parameters are those of paint_tested."""
     screen = screen_triangles(vertices, sampling.subpixel_bits)._replace(depth=depths.reshape(-1))
     found = crop(screen, sampling)
     if found is None:
@@ -136,7 +136,7 @@ def paint_by_keys(
     run_bands(color_band, within.y_end, 1 if keys.size < SMALL_IMAGE else threads)
 
 
-def paint_deep(
+def paint_tested(
     pixels: UInt8Array, depth: Float32Array, vertices: Array, depths: Array, colors: Array, algorithm: str,
     sampling: Sampling, threads: int,
 ) -> None:  # fmt: skip
@@ -153,8 +153,7 @@ def paint_deep(
     threads : how many share the rows.
     """
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    is_sure, mean = measure_triangles(vertices, sampling.subpixel_bits)
-    if algorithm != "half-space" or colors.dtype != np.uint8 or not is_sure or mean > SMALL_BOX:
+    if algorithm != "half-space" or not are_shaded_in_place(vertices, colors, sampling):
         corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
         paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return
@@ -164,14 +163,7 @@ def paint_deep(
     if tiled is not None:
         paint_tiles((words, depth), tiled, sampling, threads)
         return
-    values = in_layout(depths, np.float64), colors
-
-    def paint_band(y_start: int, y_end: int, stop: Event) -> None:
-        """Paint the rows of one band."""
-        target, within = (words[y_start:y_end], depth[y_start:y_end]), sampling._replace(y_start=y_start, y_end=y_end)
-        run_rows(deep_words, target, vertices, values, within, stop)
-
-    share_rows(paint_band, words.shape, vertices, threads)
+    run_flat(tested_words, (words, depth), vertices, (in_layout(depths, np.float64), colors), sampling, threads)
 
 
 def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling: Sampling, threads: int) -> None:
@@ -186,6 +178,6 @@ def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling:
             x_start, x_end, y_start, y_end = tiled.rectangles[k]
             within = sampling._replace(x_start=x_start, x_end=x_end, y_start=y_start, y_end=y_end)
             values = in_layout(tiled.depths[start:end], np.float64), tiled.colors[start:end]
-            run_rows(deep_words, target, tiled.vertices[start:end], values, within, stop, top=0)
+            run_rows(tested_words, target, tiled.vertices[start:end], values, within, stop, top=0)
 
     run_bands(paint_some, len(tiled.rectangles), threads, costs=np.diff(tiled.starts).astype(np.float64))

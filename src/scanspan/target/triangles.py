@@ -96,6 +96,11 @@ def row_costs(vertices: Array, height: int) -> Float64Array:
     return np.asarray(total * (len(vertices) / len(some)))
 
 
+def part_of(arrays: Any, some: slice) -> Any:
+    """Return some rows of an array, or of each of several."""
+    return tuple(array[some] for array in arrays) if isinstance(arrays, tuple) else arrays[some]
+
+
 def run_rows(
     kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, stop: Event,
     top: int | None = None,
@@ -118,24 +123,21 @@ def run_rows(
         if not stop.is_set():
             some = slice(first, first + CHUNK)
             corners = in_layout(vertices[some], np.float64)
-            parts = tuple(part[some] for part in values) if isinstance(values, tuple) else values[some]
-            kernel(target, corners, parts, room, top, 0, len(corners), sampling)
+            kernel(target, corners, part_of(values, some), room, top, 0, len(corners), sampling)
 
 
-def run_flat(
-    kernel: Callable[..., None], target: Int32Array, vertices: Array, values: Array, sampling: Sampling, threads: int
-) -> None:
+def run_flat(kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, threads: int) -> None:
     """Run a kernel over all triangles, in bands of rows that cost alike.
 
-    The parameters are those of run_rows, but for `threads`: how many share the rows of target, (H, W).
+    The parameters are those of run_rows, but for `threads`: how many share the rows of the image.
     """
 
     def fill_band(y_start: int, y_end: int, stop: Event) -> None:
         """Paint the rows of one band."""
         within = sampling._replace(y_start=y_start, y_end=y_end)
-        run_rows(kernel, target[y_start:y_end], vertices, values, within, stop)
+        run_rows(kernel, part_of(target, slice(y_start, y_end)), vertices, values, within, stop)
 
-    share_rows(fill_band, target.shape, vertices, threads)
+    share_rows(fill_band, (sampling.y_end, sampling.x_end), vertices, threads)
 
 
 def share_rows(

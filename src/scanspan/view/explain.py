@@ -246,7 +246,7 @@ def is_within_reach(screen: ScreenTriangles, n: int, edges: tuple[int, int, int]
 @kernel
 def is_hidden_kernel(depth: float, number: int, other_depth: float, other_number: int) -> bool:
     """Say whether the first sample is hidden by the second, by the comparison of the writers."""
-    return is_nearer(other_depth, other_number, depth, number)
+    return bool(is_nearer(other_depth, other_number, depth, number))
 
 
 def compare(tried: list[Decision]) -> list[Decision]:
