@@ -56,7 +56,7 @@ def rasterize_entry(scene: Scene) -> Entry:
 
 
 def interpolate_entry(scene: Scene) -> Entry:
-    """Return scanspan: `rasterize`, and `interpolate` for a colour at each corner or vertex; as OpenCV, RGB and depth."""
+    """Return scanspan: `rasterize`, and `interpolate` for a colour at each corner or vertex: RGB and depth."""
     import scanspan
 
     held: dict[str, NDArray[Any]] = {}
@@ -66,11 +66,11 @@ def interpolate_entry(scene: Scene) -> Entry:
         def convert_mesh() -> None:
             held["positions"] = np.column_stack([scene.positions, np.ones(scene.positions.shape[0])])
             light = scene.positions - scene.positions.min(axis=0)
-            held["colors"] = np.ascontiguousarray(light / light.max(), dtype=np.float32)
+            held["colors"] = np.rint(light / light.max() * 255).astype(np.uint8)
 
         def draw_mesh() -> Arrays:
             seen = scanspan.rasterize(held["positions"] @ matrix.T, scene.triangles, scene.size, threads=1)
-            return scanspan.interpolate(seen, held["colors"]), seen.depth, seen.primitive
+            return scanspan.interpolate(seen, held["colors"], dtype=np.uint8), seen.depth, seen.primitive
 
         return Entry(convert_mesh, draw_mesh, lambda arrays: arrays[2] >= 0, "mask")
 
@@ -84,13 +84,13 @@ def interpolate_entry(scene: Scene) -> Entry:
         clip[..., 2] = 2 * scene.depths - 1.0
         held["clip"] = clip.reshape(-1, 4)
         held["triangles"] = np.arange(3 * scene.count, dtype=np.int32).reshape(-1, 3)
-        held["colors"] = scene.colors.reshape(-1, 4)[:, :3].astype(np.float32)
+        held["colors"] = np.ascontiguousarray(scene.colors.reshape(-1, 4)[:, :3])
 
     def draw_deep() -> Arrays:
         seen = scanspan.rasterize(held["clip"], held["triangles"], scene.size, threads=1)
-        return scanspan.interpolate(seen, held["colors"]), seen.depth, seen.primitive
+        return scanspan.interpolate(seen, held["colors"], dtype=np.uint8), seen.depth, seen.primitive
 
-    return Entry(convert_deep, draw_deep, lambda arrays: np.rint(arrays[0]), "colors")
+    return Entry(convert_deep, draw_deep, first, "colors")
 
 
 def _opencv_arrays(scene: Scene) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -210,7 +210,7 @@ PEERS = {
         "primitive, float32 depth (and RGBA for flat scenes); exact top-left, 8 sub-pixel bits",
     ),
     "scanspan rasterize, interpolate": Peer(
-        interpolate_entry, DEEP, "float32 RGB and depth, and primitive; exact top-left, 8 sub-pixel bits"
+        interpolate_entry, DEEP, "8-bit RGB and depth, and primitive; exact top-left, 8 sub-pixel bits"
     ),
     "cv2.triangleRasterize": Peer(
         opencv_rasterize_entry, (*SPACE, "deep"), "float32 RGB and depth, always in perspective; ties hit twice"

@@ -65,10 +65,10 @@ def make_rasterizer(scene: scenes.MeshScene) -> Callable[[int], Any]:
     """Return `rasterize` of a mesh, and `interpolate` of three colours at each vertex."""
     clip = np.column_stack([scene.positions, np.ones(scene.positions.shape[0])]) @ scene.matrix.T
     triangles = scene.triangles
-    colors = np.random.default_rng(1).uniform(0, 1, (clip.shape[0], 3)).astype(np.float32)
+    colors = np.random.default_rng(1).integers(0, 256, (clip.shape[0], 3), dtype=np.uint8)
 
     def draw(threads: int) -> None:
-        scanspan.interpolate(scanspan.rasterize(clip, triangles, scene.size, threads=threads), colors)
+        scanspan.interpolate(scanspan.rasterize(clip, triangles, scene.size, threads=threads), colors, dtype=np.uint8)
 
     return draw
 

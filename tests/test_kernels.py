@@ -47,7 +47,8 @@ choices += [{"algorithm": "homogeneous", "order": "morton", "depth_bits": 64}, {
 choices += [{"coverage": "touched"}, {"coverage": "inside", "order": "hilbert"}]
 for options in choices:
     seen = ss.rasterize(clip, triangles, (24, 18), **options)
-    for part in (seen.primitive, seen.depth, seen.barycentric, ss.interpolate(seen, clip)):
+    codes = ss.interpolate(seen, np.arange(180, dtype=np.uint8).reshape(60, 3), dtype=np.uint8)
+    for part in (seen.primitive, seen.depth, seen.barycentric, ss.interpolate(seen, clip), codes):
         digest.update(np.ascontiguousarray(part).tobytes())
 digest.update(ss.count(rng.uniform(-9, 40, (30, 3, 2)), (24, 18)).tobytes())
 digest.update(ss.count(rng.uniform(-1e6, 1e6, (30, 3, 2)), (24, 18), subpixel_bits=16).tobytes())

@@ -293,6 +293,55 @@ def test_interpolate_keeps_types_and_constants(rng):
         ss.interpolate((), np.zeros(5))
 
 
+def test_codes_are_interpolated_and_rounded_half_up(rng):
+    clip, triangles = soup(rng, 60)
+    for columns, options in ((3, {}), (4, {"samples": 4}), (1, {"depth_bits": 64, "threads": 2})):
+        seen = ss.rasterize(clip, triangles, SIZE, **options)
+        codes = rng.integers(0, 256, (len(clip), columns)).astype(np.uint8)
+        found = ss.interpolate(seen, codes, dtype=np.uint8)
+        assert found.dtype == np.uint8
+        assert np.array_equal(found, np.floor(ss.interpolate(seen, codes) + 0.5))
+        assert len(np.unique(found)) > 200
+    flat = ss.interpolate(seen, codes[:, 0], dtype="uint8")
+    assert np.array_equal(flat, found[..., 0])
+
+
+def test_a_half_is_rounded_up():
+    clip = [(-1, -1, 0, 1), (3, -1, 0, 1), (-1, 3, 0, 1)]
+    seen = ss.rasterize(clip, [(0, 1, 2)], size=(2, 1))
+    assert ss.interpolate(seen, np.array([0, 4, 0], np.uint8)).tolist() == [[0.5, 1.5]]
+    assert ss.interpolate(seen, np.array([0, 4, 0], np.uint8), dtype=np.uint8).tolist() == [[1, 2]]
+
+
+def test_the_type_of_what_is_interpolated_can_be_chosen(rng):
+    clip, triangles = soup(rng, 20)
+    seen, values = ss.rasterize(clip, triangles, SIZE), rng.normal(size=(len(clip), 2))
+    wide, narrow = ss.interpolate(seen, values), ss.interpolate(seen, values, dtype=np.float32)
+    assert narrow.dtype == np.float32
+    assert np.array_equal(narrow, wide.astype(np.float32))
+    single = values.astype(np.float32)
+    assert np.array_equal(ss.interpolate(seen, single, dtype=np.float64), ss.interpolate(seen, single.astype(np.float64)))
+    assert ss.interpolate(seen, np.arange(len(clip)), dtype="float32").dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    ("values", "dtype", "got"),
+    [
+        (np.float64, np.uint8, "uint8 for values that are float64"),
+        (np.int64, "uint8", "uint8 for values that are int64"),
+        (np.uint8, np.int32, "int32"),
+        (np.float64, "complex128", "complex128"),
+        (np.float64, "colours", "'colours'"),
+        (np.float64, 7, "7"),
+    ],
+)
+def test_types_that_nothing_can_be_interpolated_in(values, dtype, got):
+    seen = ss.rasterize([(-1, -1, 0, 1), (3, -1, 0, 1), (-1, 3, 0, 1)], [(0, 1, 2)], size=(2, 1))
+    with pytest.raises(ss.InputError) as caught:
+        ss.interpolate(seen, np.zeros(3, values), dtype=dtype)
+    assert str(caught.value) == f"dtype: expected float32 or float64, or uint8 for values that are uint8, got {got}"
+
+
 @pytest.mark.parametrize("ratio", [1.0, 1e2, 1e6])
 def test_interpolation_is_right_to_a_few_bits(rng, ratio):
     """Against the exact perspective formula from the snapped corners, in rationals."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from scanspan.assets.buffers import check_clip, check_screen_triangles, check_values
 from scanspan.assets.camera import Camera
@@ -312,22 +312,23 @@ def to_triangles_and_polygons(
     return way(draw.clip, draw.triangles, options.size, bits, far), None
 
 
-def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:
+def interpolate(visibility: Visibility, per_vertex: ArrayLike, *, dtype: DTypeLike | None = None) -> NDArray[Any]:
     """Interpolate per-vertex values over what is seen, correct in perspective.
 
     Parameters
     ----------
     visibility : from `rasterize`.
     per_vertex : (V, k) or (V,) values, one row for each row of the clip coordinates.
+    dtype : of the result: float32 or float64, or uint8 for values that are uint8, as colours often are, rounded half up. By
+        default floats keep their type, and integers become float64.
 
     Returns
     -------
-    (H, W, k) or (H, W), for S samples (H, W, S, k) or (H, W, S). Floats keep their type, integers become float64; 0 where
-    nothing is seen.
+    (H, W, k) or (H, W), for S samples (H, W, S, k) or (H, W, S); 0 where nothing is seen.
 
     Raises
     ------
-    InputError : for values that are not numbers, or too few of them.
+    InputError : for values that are not numbers, or too few of them, and for another dtype.
 
     Examples
     --------
@@ -336,10 +337,13 @@ def interpolate(visibility: Visibility, per_vertex: ArrayLike) -> NDArray[Any]:
     >>> interpolate(seen, [0.0, 4.0, 0.0])
     array([[0.5, 1.5],
            [0.5, 1.5]])
+    >>> interpolate(seen, np.array([0, 4, 0], np.uint8), dtype=np.uint8)
+    array([[1, 2],
+           [1, 2]], dtype=uint8)
     """
     if not isinstance(visibility, Visibility):
         raise InputError(f"visibility: expected what rasterize returned, got {type(visibility).__name__}")
-    values, dtype = check_values(per_vertex, visibility.triangles)
+    values, dtype = check_values(per_vertex, visibility.triangles, dtype)
     columns = values.shape[1] if values.ndim == 2 else 1
     found = interpolate_visible(visibility, values.reshape(len(values), columns)).astype(dtype, copy=False)
     return found if values.ndim > 1 else found[..., 0]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from scanspan.assets.arrays import as_array, as_floats, as_integers, check_range, in_layout, quote_row
 from scanspan.assets.mesh import NONFINITE
@@ -151,13 +151,35 @@ def check_corner_depths(depths: ArrayLike, count: int, nonfinite: str) -> tuple[
     return np.where(good[:, None], found, 0.0), good
 
 
-def check_values(per_vertex: ArrayLike, triangles: NDArray[np.int32]) -> tuple[NDArray[Any], np.dtype[Any]]:
-    """Return per-vertex values as (V, k) or (V,), float32 if that is what they are, else float64; and the result's type."""
+def check_values(
+    per_vertex: ArrayLike, triangles: NDArray[np.int32], dtype: DTypeLike | None
+) -> tuple[NDArray[Any], np.dtype[Any]]:
+    """Return per-vertex values as (V, k) or (V,), in a type that kernels take, and what `interpolate` returns."""
     values = as_array(per_vertex, "per_vertex")
     if values.ndim not in (1, 2):
         raise InputError(f"per_vertex: expected shape (V, k) or (V,), got {values.shape}")
     needed = int(triangles.max()) + 1 if triangles.size else 0
     if len(values) < needed:
         raise InputError(f"per_vertex: {len(values)} rows, but the triangles use {needed} vertices")
-    dtype = values.dtype if values.dtype.kind == "f" else np.dtype(np.float64)
-    return in_layout(values, np.float32 if dtype == np.float32 else np.float64), dtype
+    if dtype is None:
+        wanted = values.dtype if values.dtype.kind == "f" else np.dtype(np.float64)
+    else:
+        wanted = check_result_type(dtype, values.dtype)
+    if wanted == np.uint8:
+        return in_layout(values, np.uint8), wanted
+    is_float32 = wanted == np.float32 and values.dtype.itemsize <= 4 and values.dtype.kind == "f"
+    return in_layout(values, np.float32 if is_float32 else np.float64), wanted
+
+
+def check_result_type(dtype: DTypeLike, given: np.dtype[Any]) -> np.dtype[Any]:
+    """Return the type in which values are wanted that are given in another."""
+    expected = "expected float32 or float64, or uint8 for values that are uint8"
+    try:
+        wanted = np.dtype(dtype)
+    except TypeError:
+        raise InputError(f"dtype: {expected}, got {dtype!r}") from None
+    if wanted == np.uint8 and given != np.uint8:
+        raise InputError(f"dtype: {expected}, got uint8 for values that are {given}")
+    if wanted not in (np.float32, np.float64, np.uint8):
+        raise InputError(f"dtype: {expected}, got {wanted}")
+    return wanted

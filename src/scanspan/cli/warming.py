@@ -197,6 +197,7 @@ def run_kernels(reporter: Reporter, every: bool) -> None:
             for depth_bits in (32, 64):
                 seen = ss.rasterize(clip, box.triangles, (8, 8), depth_bits=depth_bits, **way)  # type: ignore[arg-type]
                 ss.interpolate(seen, corners)
+                ss.interpolate(seen, corners.astype(np.uint8), dtype=np.uint8)
                 ss.merge(seen, seen)
             ss.count([[(0, 0), (8, 0), (0, 8)]], (8, 8), algorithm=algorithm, order=order)
             if every:

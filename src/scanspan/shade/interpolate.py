@@ -10,10 +10,13 @@ Source: Heckbert and Moreton 1991; the edge values are the lectures' sub-areas.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from scanspan.jit import helper_kernel, inline_kernel, kernel
-from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles
+from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, ScreenTriangles, UInt8Array
 from scanspan.shade.weights import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -45,7 +48,7 @@ def clear_block(flat: Array, row: Integer, column: Integer, height: int, width: 
     end: Integer = min(column + BLOCK_COLUMNS, np.int64(width))
     for j in range(row, row_end):
         for k in range(np.uint64((j * width + column) * channels), np.uint64((j * width + end) * channels)):
-            flat[k] = 0.0
+            flat[k] = 0
 
 
 @kernel
@@ -95,6 +98,18 @@ def blend(u0: float, u1: float, u2: float, b1: float, b2: float) -> float:
     return u0 + (b1 * (u1 - u0) + b2 * (u2 - u0))
 
 
+@helper_kernel
+def keep_float(value: float) -> float:
+    """Return a value as it is; an array rounds it to its own type."""
+    return value
+
+
+@helper_kernel
+def nearest_code(value: float) -> np.uint8:
+    """Return a value rounded half up to a code of 8 bits."""
+    return np.uint8(min(max(np.floor(value + 0.5), 0.0), 255.0))
+
+
 @inline_kernel
 def write_values(
     fresh: Integer, before: Integer, source: Int32Array, triangles: Int32Array, values: Array, channels: int,
@@ -123,8 +138,8 @@ def write_values(
 
 @inline_kernel
 def blend_runs(
-    flat: Array, start: Integer, end: Integer, channels: int, scratch: Int64Array, kept: Float64Array,
-    lanes: Float64Array,
+    as_stored: Callable[[float], Any], flat: Array, start: Integer, end: Integer, channels: int, scratch: Int64Array,
+    kept: Float64Array, lanes: Float64Array,
 ) -> None:  # fmt: skip
     """Write the values of some samples of a block run by run, one channel after the other.
 
@@ -139,14 +154,14 @@ def blend_runs(
             at += np.uint64(3)
             for k in range(first, final):
                 to, lane = np.uint64(scratch[PIXEL * ROOM + k] * channels + c), k - start
-                flat[to] = u0 + (lanes[LANES + lane] * more1 + lanes[2 * LANES + lane] * more2)
+                flat[to] = as_stored(u0 + (lanes[LANES + lane] * more1 + lanes[2 * LANES + lane] * more2))
         run += 1
 
 
 @inline_kernel
 def blend_samples(
-    flat: Array, start: Integer, count: Integer, channels: int, scratch: Int64Array, kept: Float64Array,
-    lanes: Float64Array,
+    as_stored: Callable[[float], Any], flat: Array, start: Integer, count: Integer, channels: int, scratch: Int64Array,
+    kept: Float64Array, lanes: Float64Array,
 ) -> None:  # fmt: skip
     """Write the values of some samples of a block, one sample after the other."""
     for k in range(count):
@@ -155,13 +170,13 @@ def blend_samples(
         b1, b2 = lanes[LANES + k], lanes[2 * LANES + k]
         for c in range(np.uint64(0), np.uint64(channels)):
             here = at + np.uint64(3) * c
-            flat[to + c] = kept[here] + (b1 * kept[here + np.uint64(1)] + b2 * kept[here + np.uint64(2)])
+            flat[to + c] = as_stored(kept[here] + (b1 * kept[here + np.uint64(1)] + b2 * kept[here + np.uint64(2)]))
 
 
 @inline_kernel
 def interpolate_rows(
-    slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
-    y_start: int, triangles: Int32Array, values: Array, out: Array,
+    as_stored: Callable[[float], Any], slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer,
+    sample_y: Integer, subpixel_bits: int, y_start: int, triangles: Int32Array, values: Array, out: Array,
 ) -> None:  # fmt: skip
     """Write the interpolated per-vertex values of every visible sample, 0 elsewhere.
 
@@ -187,12 +202,12 @@ def interpolate_rows(
                 count = min(covered - start, LANES)
                 weigh_samples(start, count, is_long, screen, x, y, s, has_odd, records)
                 if is_long:
-                    blend_runs(flat, start, start + count, channels, scratch, kept, lanes)
+                    blend_runs(as_stored, flat, start, start + count, channels, scratch, kept, lanes)
                 elif channels == 3:
                     # The compiler unrolls what it knows the number of, and colours are what is asked for most.
-                    blend_samples(flat, start, count, 3, scratch, kept, lanes)
+                    blend_samples(as_stored, flat, start, count, 3, scratch, kept, lanes)
                 else:
-                    blend_samples(flat, start, count, channels, scratch, kept, lanes)
+                    blend_samples(as_stored, flat, start, count, channels, scratch, kept, lanes)
 
 
 @kernel
@@ -201,7 +216,7 @@ def interpolate_rows_kernel(
     y_start: int, triangles: Int32Array, values: Float64Array, out: Float64Array,
 ) -> None:  # fmt: skip
     """Interpolate float64 values; see interpolate_rows."""
-    interpolate_rows(slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+    interpolate_rows(keep_float, slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
 
 
 @kernel
@@ -210,7 +225,16 @@ def interpolate_float32_rows_kernel(
     y_start: int, triangles: Int32Array, values: Float32Array, out: Float32Array,
 ) -> None:  # fmt: skip
     """Interpolate float32 values in float64, and round once; see interpolate_rows."""
-    interpolate_rows(slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+    interpolate_rows(keep_float, slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
+
+
+@kernel
+def interpolate_codes_kernel(
+    slots: Int32Array, screen: ScreenTriangles, source: Int32Array, sample_x: Integer, sample_y: Integer, subpixel_bits: int,
+    y_start: int, triangles: Int32Array, values: UInt8Array, out: UInt8Array,
+) -> None:  # fmt: skip
+    """Interpolate codes of 8 bits in float64, and round half up once; see interpolate_rows."""
+    interpolate_rows(nearest_code, slots, screen, source, sample_x, sample_y, subpixel_bits, y_start, triangles, values, out)
 
 
 @kernel

@@ -6,11 +6,11 @@ ScreenTriangles; the numbers of the caller's triangles follow from them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Event
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from scanspan.records import (
 from scanspan.samples import sample_offsets
 from scanspan.shade.interpolate import (
     barycentric_kernel,
+    interpolate_codes_kernel,
     interpolate_float32_rows_kernel,
     interpolate_rows_kernel,
     numbers_kernel,
@@ -44,6 +45,10 @@ from scanspan.target.merge import merge_kernel
 
 UNPACKED = 256  # keys looked at together for whether all are empty
 NOT_TWICE = np.empty(0, np.int32)
+INTERPOLATE: dict[np.dtype[Any], Callable[..., None]] = {
+    np.dtype(np.float64): interpolate_rows_kernel, np.dtype(np.float32): interpolate_float32_rows_kernel,
+    np.dtype(np.uint8): interpolate_codes_kernel,
+}  # fmt: skip
 
 
 class RasterOptions(NamedTuple):
@@ -320,13 +325,13 @@ def interpolate_visible(visibility: Visibility, values: Array) -> Array:
     Parameters
     ----------
     visibility : from `rasterize_triangles`.
-    values : (V, k) float32 or float64.
+    values : (V, k), of a type of INTERPOLATE.
     """
     if visibility.screen is None or visibility.options is None:
         raise InputError("a merged Visibility has no barycentric weights: take them before merging")
     screen, options, (width, height) = visibility.screen, visibility.options, visibility.options.size
     source = np.empty(0, np.int32) if is_whole(screen) else screen.source
-    kernel = interpolate_float32_rows_kernel if values.dtype == np.float32 else interpolate_rows_kernel
+    kernel = INTERPOLATE[values.dtype]
     found = []
     for plane in visibility.planes:
         out = borrow((height, width, values.shape[1]), values.dtype)
