@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba.core.config
-from numba.core import caching, event, registry
+from numba.core import caching, compiler, event, registry
 from numba.core.runtime import nrt
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -152,13 +152,25 @@ class PartDispatcher(registry.CPUDispatcher):
         return self._whole
 
 
-def _declare(function: Function, is_part: bool = False, is_cached: bool = False, **options: Any) -> Function:
+class DistinctCompiler(compiler.Compiler):
+    """Compiles functions whose arrays do not lie over each other."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, args: Any, result: Any, flags: Any, local_types: Any) -> None:
+        flags.noalias = True
+        super().__init__(typing, target, library, args, result, flags, local_types)  # type: ignore[no-untyped-call]
+
+
+def _declare(
+    function: Function, is_part: bool = False, is_cached: bool = False, pipeline: Any = compiler.Compiler, **options: Any
+) -> Function:
     """Declare a kernel; without the code by which C would call it, and where it is part of others, without that for Python."""
     if config.DISABLE_JIT:
         return function
     options |= {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": None}
     options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": is_part}
-    declared: Any = (PartDispatcher if is_part else registry.CPUDispatcher)(function, targetoptions=options)
+    declared: Any = (PartDispatcher if is_part else registry.CPUDispatcher)(
+        function, targetoptions=options, pipeline_class=pipeline
+    )
     if is_cached:
         declared._cache = KernelCache(function)
     return cast(Function, declared)
@@ -191,6 +203,14 @@ def bare_kernel(function: Function) -> Function:
     can be four fifths of its time (docs/decisions/0011-area.md). Its callers hold the arrays. It is cached as kernels are.
     """
     return _declare(function, is_cached=True, _nrt=False)
+
+
+def distinct_kernel(function: Function) -> Function:
+    """Declare a bare kernel none of whose arrays lies over another, so that the compiler need not ask in every row.
+
+    Where it would have to, and a row is one vector, it gives up vectors altogether. Callers see to it that it is so.
+    """
+    return _declare(function, is_cached=True, pipeline=DistinctCompiler, _nrt=False)
 
 
 def bare_part(function: Function) -> Function:

@@ -21,12 +21,12 @@ import numpy as np
 from scanspan.jit import bare_kernel, helper_kernel, kernel
 from scanspan.raster.edge import BOTTOM_LEFT, EXCLUSIVE, INCLUSIVE
 from scanspan.raster.half_space import STACK, visit_rows
+from scanspan.raster.lanes import BLOCK, set_up_lane
 from scanspan.raster.layers import BLOCK_COLUMNS, BLOCK_ROWS, draw_layer
 from scanspan.raster.setup import keep_sample, set_up
 from scanspan.raster.write import EMPTY_KEY, pack_key, write_sample_key
 from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, Sampling, ScreenTriangles
 
-BLOCK = 64  # triangles fetched at a time
 LANES = 2 * BLOCK  # of a bin, which is drawn when a further block might not fit
 SIDE = 4  # samples along a side of the boxes that are drawn together
 WIDE, NONE, APART = SIDE * SIDE, SIDE * SIDE + 1, SIDE * SIDE + 2  # bins: larger boxes, nothing to draw, drawn by itself
@@ -146,76 +146,30 @@ def fill_bins(
         counts[b] += 1
 
 
-@helper_kernel
-def bias_of(a: float, b: float, down: float, is_inclusive: bool, is_exclusive: bool) -> float:
-    """Return the bias of an edge as edge_bias does; down is -1 where the lower of two level edges owns its samples."""
-    owns = (((a > 0.0) | ((a == 0.0) & (down * b > 0.0))) | is_inclusive) & (not is_exclusive)
-    return 0.0 if owns else -1.0
-
-
-@helper_kernel
-def turned(is_r: bool, is_q: bool, p: float, q: float, r: float) -> float:
-    """Return the number of the corner that is first."""
-    return r if is_r else (q if is_q else p)
-
-
 @bare_kernel
 def set_up_bin(
     kept: Int64Array, depths: Float64Array, equations: Float64Array, count: Integer, cull: float, rule: Integer, s: Integer
 ) -> None:  # fmt: skip
-    """Set up the triangles of a bin: what set_up_triangle does, without a branch, for triangles that are near.
+    """Set up the triangles of a bin, all of which are near.
 
     Shapes  kept: (KEPT x LANES,); depths: (3 x LANES,); equations: (EQUATIONS x LANES,), written; an edge value is -inf where
             there is nothing to draw.
     """
     is_inclusive, is_exclusive, down = rule == INCLUSIVE, rule == EXCLUSIVE, -1.0 if rule == BOTTOM_LEFT else 1.0
     unit = np.float64(np.int64(1) << s)
-    part = 1.0 / unit
     for k in range(count):
-        # Corners count from the first sample of the box, so edge values there are products of two of them.
-        p_x, p_y = np.float64(first_of(kept[k])), np.float64(second_of(kept[k]))
-        q_x, q_y = np.float64(first_of(kept[LANES + k])), np.float64(second_of(kept[LANES + k]))
-        r_x, r_y = np.float64(first_of(kept[2 * LANES + k])), np.float64(second_of(kept[2 * LANES + k]))
-        p_depth, q_depth, r_depth = depths[k], depths[LANES + k], depths[2 * LANES + k]
-        e_p, e_q, e_r = q_x * r_y - q_y * r_x, r_x * p_y - r_y * p_x, p_x * q_y - p_y * q_x
-        area = (e_p + e_q) + e_r
-        is_drawn = (area != 0.0) & (area * cull <= 0.0)
-
-        # Make the area positive.
-        swaps = area < 0.0
-        q_x, r_x, q_y, r_y = (r_x if swaps else q_x), (q_x if swaps else r_x), (r_y if swaps else q_y), (q_y if swaps else r_y)
-        q_depth, r_depth = (r_depth if swaps else q_depth), (q_depth if swaps else r_depth)
-        e_p, e_q, e_r = (-e_p if swaps else e_p), (-e_r if swaps else e_q), (-e_q if swaps else e_r)
-        scale = 1.0 / (abs(area) if is_drawn else 1.0)
-
-        # Form the edges; fold the rule in, divide by a pixel and floor, and keep what that took away.
-        a_p, b_p, a_q, b_q, a_r, b_r = q_y - r_y, r_x - q_x, r_y - p_y, p_x - r_x, p_y - q_y, q_x - p_x
-        bias_p = bias_of(a_p, b_p, down, is_inclusive, is_exclusive)
-        bias_q = bias_of(a_q, b_q, down, is_inclusive, is_exclusive)
-        bias_r = bias_of(a_r, b_r, down, is_inclusive, is_exclusive)
-        e_p, e_q, e_r = e_p + bias_p, e_q + bias_q, e_r + bias_r
-        f_p, f_q, f_r = np.floor(e_p * part), np.floor(e_q * part), np.floor(e_r * part)
-        rest_p, rest_q, rest_r = (e_p - f_p * unit) - bias_p, (e_q - f_q * unit) - bias_q, (e_r - f_r * unit) - bias_r
-
-        # Put the corner first that is first in (y, x).
-        r_is_before_q = (r_y < q_y) | ((r_y == q_y) & (r_x < q_x))
-        is_r = r_is_before_q & ((r_y < p_y) | ((r_y == p_y) & (r_x < p_x)))
-        is_q = (not r_is_before_q) & ((q_y < p_y) | ((q_y == p_y) & (q_x < p_x)))
-        depth = turned(is_r, is_q, p_depth, q_depth, r_depth)
-        slope1 = (turned(is_r, is_q, q_depth, r_depth, p_depth) - depth) * scale
-        slope2 = (turned(is_r, is_q, r_depth, p_depth, q_depth) - depth) * scale
-        rest1, rest2 = turned(is_r, is_q, rest_q, rest_r, rest_p), turned(is_r, is_q, rest_r, rest_p, rest_q)
-        equations[EDGE * LANES + k] = turned(is_r, is_q, f_p, f_q, f_r) if is_drawn else -np.inf
-        equations[(EDGE + 1) * LANES + k] = turned(is_r, is_q, f_q, f_r, f_p)
-        equations[(EDGE + 2) * LANES + k] = turned(is_r, is_q, f_r, f_p, f_q)
-        equations[RIGHT * LANES + k] = turned(is_r, is_q, a_p, a_q, a_r)
-        equations[(RIGHT + 1) * LANES + k] = turned(is_r, is_q, a_q, a_r, a_p)
-        equations[(RIGHT + 2) * LANES + k] = turned(is_r, is_q, a_r, a_p, a_q)
-        equations[DOWN * LANES + k] = turned(is_r, is_q, b_p, b_q, b_r)
-        equations[(DOWN + 1) * LANES + k] = turned(is_r, is_q, b_q, b_r, b_p)
-        equations[(DOWN + 2) * LANES + k] = turned(is_r, is_q, b_r, b_p, b_q)
-        equations[DEPTH * LANES + k] = depth + (rest1 * slope1 + rest2 * slope2)
-        equations[SLOPE * LANES + k], equations[(SLOPE + 1) * LANES + k] = slope1 * unit, slope2 * unit
+        is_drawn, f0, f1, f2, a0, a1, a2, b0, b1, b2, depth, slope1, slope2 = set_up_lane(
+            np.float64(first_of(kept[k])), np.float64(second_of(kept[k])), np.float64(first_of(kept[LANES + k])),
+            np.float64(second_of(kept[LANES + k])), np.float64(first_of(kept[2 * LANES + k])),
+            np.float64(second_of(kept[2 * LANES + k])), depths[k], depths[LANES + k], depths[2 * LANES + k], cull, is_inclusive,
+            is_exclusive, down, unit,
+        )  # fmt: skip
+        equations[EDGE * LANES + k] = f0 if is_drawn else -np.inf
+        equations[(EDGE + 1) * LANES + k], equations[(EDGE + 2) * LANES + k] = f1, f2
+        equations[RIGHT * LANES + k], equations[(RIGHT + 1) * LANES + k], equations[(RIGHT + 2) * LANES + k] = a0, a1, a2
+        equations[DOWN * LANES + k], equations[(DOWN + 1) * LANES + k], equations[(DOWN + 2) * LANES + k] = b0, b1, b2
+        equations[DEPTH * LANES + k] = depth
+        equations[SLOPE * LANES + k], equations[(SLOPE + 1) * LANES + k] = slope1, slope2
 
 
 @bare_kernel

@@ -73,7 +73,7 @@ def covered_words(
     flat, starts, ends = target.reshape(target.shape[0] * target.shape[1]), room[0], room[1]
     for back in range(last - first):
         n = last - 1 - back
-        _, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, _, _, _ = set_up_edges(
+        _, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2 = set_up_edges(
             to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
             to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale), sampling,
         )  # fmt: skip

@@ -1,19 +1,19 @@
-"""Half-space for triangles that hide by order and not by depth: coverage alone, by the size of the triangle.
+"""Half-space straight from corners to pixels, in order, by the size of the triangle.
 
-Where no depth is asked for, a sample is one sign test, and most of a triangle's time is what goes on around it. So corners are
-snapped, and edges set up, in the loop that draws, from the coordinates as they were given: nothing is written down between.
+Where what is drawn is known beforehand, a sample is one sign test, and most of a triangle's time is what goes on around it.
 Where an image is cut into bands of rows, each band looks at all triangles. Those that reach into it are listed first, some
-hundred at a time, without a branch that the processor would have to guess. After that there are two ways, and both look at the
-same exact edge values:
+hundred at a time, without a branch that the processor would have to guess; and set up in lanes, 64 at a time, into rows of
+numbers that stay in the cache (lanes.py). After that there are three ways, and all look at the same exact edge values:
 
-lanes  A box of up to 64 samples across is tested whole, each row rounded up to whole vectors, so that it is one to four vector
-       instructions of 16 lanes and no rest. A lane outside of the box is outside of the triangle. The writer must leave such
-       lanes alone: they may lie in the next row.
+rows   A box of up to 8 samples across, which is one vector, and 16 down is drawn as so many rows, listed beforehand one after
+       the other through all small boxes: how many a triangle has is nothing that the processor has to guess.
+boxes  One of up to 64 samples across is tested whole, each row rounded up to whole vectors, so that there is no rest. A lane
+       outside of the box is outside of the triangle. The writer must leave such lanes alone: they may lie in the next row.
 spans  In a wider one, and where the image cuts a box off on the right, the ends of all rows are worked out first, row by row
        in vectors too: a quotient in float64 is right to less than half a sample, and one exact edge value tells on which side
        of it the edge lies. Between its ends a row is filled without a test.
 
-A class of its own for one or two samples gains nothing over lanes; docs/decisions/0014-small-triangles.md has the measurements.
+docs/decisions/0014-small-triangles.md and 0022-lanes.md have the measurements.
 
 Source: Pineda 1988; M. Abrash 2009, Rasterization on Larrabee, for a path of their own for small triangles.
 """
@@ -21,18 +21,63 @@ Source: Pineda 1988; M. Abrash 2009, Rasterization on Larrabee, for a path of th
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from scanspan.geometry.fixed_point import to_grid
 from scanspan.jit import bare_helper, inline_kernel
+from scanspan.raster.lanes import (
+    ACROSS,
+    BLOCK,
+    DOWN,
+    EDGE,
+    LEFT,
+    PADDED,
+    RIGHT,
+    ROWS,
+    TOP,
+    VECTOR,
+    WHOLE,
+    fetch_corners,
+    find_boxes,
+    set_up_lanes,
+    whole_vectors,
+)
 from scanspan.raster.setup import set_up_edges
-from scanspan.records import Array, Int64Array, Integer, Sampling
+from scanspan.records import Array, Float64Array, Int64Array, Integer, Sampling, UInt8Array
 
 WIDE = np.int64(64)  # samples across, beyond which spans are faster
 LISTED = 512  # triangles that are looked at together; their corners are still in the cache when they are drawn
-ZERO, ONE, TWO = np.int64(0), np.int64(1), np.int64(2)
+SMALL_ROWS = np.int64(16)  # of a box that is drawn row by row
+ROW_SHIFT = np.int64(8)
+ROW = np.int64(1) << ROW_SHIFT
+FLOATS, CODES = 22, 9  # rows of numbers and of codes for each triangle of a block, as lanes.py and gouraud.py have them
+ZERO, ONE = np.int64(0), np.int64(1)
+
+
+class Room(NamedTuple):
+    """What scan_flat works in."""
+
+    starts: Int64Array  # (H,), or more
+    ends: Int64Array
+    listed: Int64Array  # (LISTED,)
+    rows: Int64Array  # (BLOCK SMALL_ROWS + SMALL_ROWS,)
+    whole: Int64Array  # (WHOLE BLOCK,)
+    floats: Float64Array  # (FLOATS BLOCK,)
+    codes: UInt8Array  # (CODES BLOCK,)
+
+
+def make_room(height: int) -> Room:
+    """Return what scan_flat works in for so many rows of an image; kernels paste it in."""
+    return Room(
+        np.empty(height, np.int64), np.empty(height, np.int64), np.empty(LISTED, np.int64),
+        np.empty((BLOCK + 1) * SMALL_ROWS, np.int64), np.zeros(WHOLE * BLOCK, np.int64), np.zeros(FLOATS * BLOCK),
+        np.zeros(CODES * BLOCK, np.uint8),
+    )  # fmt: skip
+
+
+make_room_within = inline_kernel(make_room)
 
 
 @bare_helper
@@ -55,30 +100,6 @@ def cut_rows(starts: Int64Array, ends: Int64Array, rows: Integer, width: Integer
             ends[j] = ends[j] if value >= 0 else ZERO
 
 
-@inline_kernel
-def as_given(vertices: Array, n: Integer, scale: float) -> tuple[Integer, Integer, Integer]:
-    """Return the numbers of a triangle's corners in the order in which they are given."""
-    return ZERO, ONE, TWO
-
-
-@inline_kernel
-def topmost_first(vertices: Array, n: Integer, scale: float) -> tuple[Integer, Integer, Integer]:
-    """Return the numbers of a triangle's corners, the one that comes first in (y, x) on the grid first, as depth wants it."""
-    x0, y0 = to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale)
-    x1, y1 = to_grid(vertices[n, 1, 0], scale), to_grid(vertices[n, 1, 1], scale)
-    x2, y2 = to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale)
-    is_second = ((y1 < y0) | ((y1 == y0) & (x1 < x0))) & ((y1 < y2) | ((y1 == y2) & (x1 <= x2)))
-    is_third = ((y2 < y0) | ((y2 == y0) & (x2 < x0))) & ((y2 < y1) | ((y2 == y1) & (x2 < x1)))
-    k = ONE if is_second else (TWO if is_third else ZERO)
-    return k, ZERO if is_third else k + 1, ZERO if is_second else TWO - np.int64(is_third)
-
-
-@inline_kernel
-def one_row(flat: Array, start: Integer, end: Integer) -> Array:
-    """Return some pixels of an image, (H W,)."""
-    return flat[start:end]
-
-
 @bare_helper
 def list_near(vertices: Array, first: int, last: int, above: float, below: float, listed: Int64Array) -> Integer:
     """List the triangles among first to last that are not all above or below some rows, and return how many there are."""
@@ -90,58 +111,135 @@ def list_near(vertices: Array, first: int, last: int, above: float, below: float
     return count
 
 
+@bare_helper
+def set_up_far(
+    vertices: Array, listed: Int64Array, start: Integer, count: Integer, whole: Int64Array, scale: float, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Set up by itself each triangle of a block that is not near, or whose edges an off-screen point decides about."""
+    lowest = ZERO
+    for k in range(count):
+        lowest = min(lowest, whole[ROWS * BLOCK + k])
+    for k in range(count if lowest < 0 else ZERO):
+        if whole[ROWS * BLOCK + k] >= 0:
+            continue
+        n = listed[start + k]
+        is_cut, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2 = set_up_edges(
+            to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
+            to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale), sampling,
+        )  # fmt: skip
+        across = x_end - x_start
+        whole[LEFT * BLOCK + k], whole[TOP * BLOCK + k] = x_start, y_start
+        whole[ACROSS * BLOCK + k], whole[ROWS * BLOCK + k] = across, max(y_end - y_start, ZERO)
+        whole[PADDED * BLOCK + k] = ZERO if is_cut or across > WIDE else whole_vectors(across)
+        whole[EDGE * BLOCK + k], whole[(EDGE + 1) * BLOCK + k], whole[(EDGE + 2) * BLOCK + k] = f0, f1, f2
+        whole[RIGHT * BLOCK + k], whole[(RIGHT + 1) * BLOCK + k], whole[(RIGHT + 2) * BLOCK + k] = a0, a1, a2
+        whole[DOWN * BLOCK + k], whole[(DOWN + 1) * BLOCK + k], whole[(DOWN + 2) * BLOCK + k] = b0, b1, b2
+
+
+@bare_helper
+def list_rows(whole: Int64Array, count: Integer, rows: Int64Array) -> Integer:
+    """List the rows of small boxes one by one, and of larger ones only that they are there; return how many entries that are.
+
+    Shapes  rows: (ENTRIES,), written: k + ROW j for row j of triangle k, and -1 - k for a triangle as a whole.
+    """
+    listed = ZERO
+    for k in range(count):
+        down = whole[ROWS * BLOCK + k]
+        is_small = (whole[PADDED * BLOCK + k] == VECTOR) & (down <= SMALL_ROWS)
+        for j in range(SMALL_ROWS):
+            rows[np.uint64(listed + j)] = k + j * ROW
+        rows[np.uint64(listed)] = k if is_small else -1 - k
+        listed += down if is_small else min(down, ONE)
+    return listed
+
+
+@inline_kernel
+def draw_box(
+    start_value: Callable[..., Any], write_value: Callable[..., None], target: Any, width: Integer, values: Any, n: Integer,
+    k: Integer, whole: Int64Array, floats: Float64Array, top: int, starts: Int64Array, ends: Int64Array,
+) -> None:  # fmt: skip
+    """Write the value of triangle n, which is k in its block, to all samples that it covers.
+
+    Shapes  starts, ends: (H,), to work in.
+    """
+    f0, f1, f2 = whole[EDGE * BLOCK + k], whole[(EDGE + 1) * BLOCK + k], whole[(EDGE + 2) * BLOCK + k]
+    a0, a1, a2 = whole[RIGHT * BLOCK + k], whole[(RIGHT + 1) * BLOCK + k], whole[(RIGHT + 2) * BLOCK + k]
+    b0, b1, b2 = whole[DOWN * BLOCK + k], whole[(DOWN + 1) * BLOCK + k], whole[(DOWN + 2) * BLOCK + k]
+    rows, across, padded = whole[ROWS * BLOCK + k], whole[ACROSS * BLOCK + k], whole[PADDED * BLOCK + k]
+    start, value = (whole[TOP * BLOCK + k] - top) * width + whole[LEFT * BLOCK + k], start_value(values, n, floats, k)
+
+    # Test all samples of a narrow box, some beyond its right side included.
+    if padded > 0:
+        for j in range(rows):
+            for i in range(padded):
+                e1, e2 = f1 + i * a1, f2 + i * a2
+                write_value(target, np.uint64(start + i), ((f0 + i * a0) | e1 | e2) >= 0, value, i, j, e1, e2)
+            f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
+        return
+
+    # Work out where each row of a wide one begins and ends, and fill it.
+    for j in range(rows):
+        starts[j], ends[j] = ZERO, across
+    cut_rows(starts, ends, rows, across, f0, a0, b0)
+    cut_rows(starts, ends, rows, across, f1, a1, b1)
+    cut_rows(starts, ends, rows, across, f2, a2, b2)
+    for j in range(rows):
+        left = starts[j]
+        for i in range(ends[j] - left):
+            e1, e2 = f1 + (left + i) * a1, f2 + (left + i) * a2
+            write_value(target, np.uint64(start + left + i), True, value, left + i, j, e1, e2)
+        f1, f2, start = f1 + b1, f2 + b2, start + width
+
+
 @inline_kernel
 def scan_flat(
-    turn_corners: Callable[..., tuple[Integer, Integer, Integer]], start_value: Callable[..., Any],
-    write_value: Callable[..., None], open_row: Callable[..., Any], lanes: Integer, target: Any, width: Integer,
-    vertices: Array, values: Any, room: Int64Array, top: int, first: int, last: int,
-    sampling: Sampling,
+    fetch_values: Callable[..., None], set_up_values: Callable[..., None], start_value: Callable[..., Any],
+    write_value: Callable[..., None], target: Any, width: Integer, vertices: Array, values: Any, room: Room, top: int,
+    first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the values of triangles first to last to all samples that they cover, in order.
 
-    Shapes  target: (H width,), or two such arrays, as open_row takes it; vertices: (N, 3, 2); values: (N, ...), as start_value
-            takes them; room: (3, n), n at least H and LISTED; top: the row of the image that is the first of target.
-    Units   vertices in pixels, within 2^24 of 0; lanes: samples in a vector, a power of 2.
+    Shapes  target: (H width,), or more of them, as write_value takes it; vertices: (N, 3, 2); values: (N, ...), as fetch_values
+            and start_value take them; room: from make_room; top: the row of the image that is the first of target.
+    Units   vertices in pixels, within 2^24 of 0.
     Rule    sampling.rule, folded into the edge constants by the setup; samples decide.
     Needs   the rectangle of sampling lies within the target; write_value writes nothing where a sample is not inside.
     Cost    O(box) in whole vectors up to WIDE samples across; beyond it O(covered samples), and a few instructions a row.
     """
-    scale = np.float64(np.int64(1) << sampling.subpixel_bits)
+    scale, cull, rule = np.float64(np.int64(1) << sampling.subpixel_bits), np.float64(sampling.cull), np.int64(sampling.rule)
     above, below = np.float64(sampling.y_start - 1), np.float64(sampling.y_end + 1)
-    starts, ends, listed = room[0], room[1], room[2]
+    listed, rows, whole, floats, codes = room.listed, room.rows, room.whole, room.floats, room.codes
     for block in range(first, last, LISTED):
-        for m in range(list_near(vertices, block, min(block + LISTED, last), above, below, listed)):
-            n = listed[m]
-            p, q, r = turn_corners(vertices, n, scale)
-            is_cut, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, e1, e2, area = set_up_edges(
-                to_grid(vertices[n, p, 0], scale), to_grid(vertices[n, p, 1], scale), to_grid(vertices[n, q, 0], scale),
-                to_grid(vertices[n, q, 1], scale), to_grid(vertices[n, r, 0], scale), to_grid(vertices[n, r, 1], scale),
-                sampling,
-            )  # fmt: skip
-            if y_start >= y_end:
-                continue
-            across, rows, start = x_end - x_start, y_end - y_start, (y_start - top) * width + x_start
-            value = start_value(values, n, p, q, r, e1, e2, f1, f2, a1, a2, b1, b2, area, sampling.subpixel_bits)
+        near = list_near(vertices, block, min(block + LISTED, last), above, below, listed)
+        for m in range(ZERO, near, BLOCK):
+            # Set up a block of triangles.
+            count = min(near - m, np.int64(BLOCK))
+            fetch_corners(vertices, listed, m, count, floats)
+            fetch_values(values, listed, m, count, floats, codes)
+            find_boxes(floats, whole, whole_vectors(count), sampling, scale, np.float64(WIDE))
+            set_up_lanes(floats, whole, whole_vectors(count), cull, rule, scale)
+            set_up_far(vertices, listed, m, count, whole, scale, sampling)
+            set_up_values(floats, codes, whole_vectors(count), scale)
 
-            # Test all samples of a narrow box, some beyond its right side included.
-            if across <= WIDE and not is_cut:
-                padded = (across + (lanes - 1)) & -lanes
-                for j in range(rows):
-                    row = open_row(target, start, start + padded)
-                    for i in range(padded):
-                        write_value(row, i, ((f0 + i * a0) | (f1 + i * a1) | (f2 + i * a2)) >= 0, value, i, j)
-                    f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
-                continue
+            # Draw them row by row, and as a whole those that are not small.
+            for e in range(list_rows(whole, count, rows)):
+                entry = rows[e]
+                if entry < 0:
+                    draw_box(
+                        start_value, write_value, target, width, values, listed[m - 1 - entry], -1 - entry, whole, floats, top,
+                        room.starts, room.ends,
+                    )  # fmt: skip
+                    continue
+                k, j = entry & (ROW - 1), entry >> ROW_SHIFT
+                start = (whole[TOP * BLOCK + k] + (j - top)) * width + whole[LEFT * BLOCK + k]
+                value = start_value(values, listed[m + k], floats, k)
+                a0, a1, a2 = whole[RIGHT * BLOCK + k], whole[(RIGHT + 1) * BLOCK + k], whole[(RIGHT + 2) * BLOCK + k]
+                f0 = whole[EDGE * BLOCK + k] + j * whole[DOWN * BLOCK + k]
+                f1 = whole[(EDGE + 1) * BLOCK + k] + j * whole[(DOWN + 1) * BLOCK + k]
+                f2 = whole[(EDGE + 2) * BLOCK + k] + j * whole[(DOWN + 2) * BLOCK + k]
 
-            # Work out where each row of a wide one begins and ends, and fill it.
-            for j in range(rows):
-                starts[j], ends[j] = ZERO, across
-            cut_rows(starts, ends, rows, across, f0, a0, b0)
-            cut_rows(starts, ends, rows, across, f1, a1, b1)
-            cut_rows(starts, ends, rows, across, f2, a2, b2)
-            for j in range(rows):
-                left, right = starts[j], ends[j]
-                row = open_row(target, start + left, start + max(left, right))
-                for i in range(right - left):
-                    write_value(row, i, True, value, left + i, j)
-                start += width
+                # This is VECTOR. If the compiler knew, it would write the loop out sample by sample; but it has to know that it
+                # is no more, to make one vector of it.
+                for i in range(whole[PADDED * BLOCK + k] & VECTOR):
+                    e1, e2 = f1 + i * a1, f2 + i * a2
+                    write_value(target, np.uint64(start + i), ((f0 + i * a0) | e1 | e2) >= 0, value, i, j, e1, e2)

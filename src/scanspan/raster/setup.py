@@ -204,8 +204,8 @@ def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: In
     where the area is negative. No rows are left where there is nothing to draw.
 
     Returns is_cut: whether the rectangle cuts the box off on the right; x_start, x_end, y_start, y_end; f0, f1, f2, a0, a1, a2,
-            b0, b1, b2, as in TriangleSetup; the last two edge values without bias, and twice the area, 0 where not near.
-    Units   corners in sub-pixels; of the result, bounds in pixels, the last three in sub-pixels squared.
+            b0, b1, b2, as in TriangleSetup.
+    Units   corners in sub-pixels; of the result, bounds in pixels.
     Needs   sampling.coverage is SAMPLE, and no edge was made inside a primitive.
     """
     s = sampling.subpixel_bits
@@ -242,17 +242,16 @@ def set_up_edges(p_x: Integer, p_y: Integer, q_x: Integer, q_y: Integer, r_x: In
     f0: Integer
     f1: Integer
     f2: Integer
-    e1: Integer = np.int64(0)
-    e2: Integer = np.int64(0)
     if is_near:
-        e1, e2 = a1 * (x - r_x) + b1 * (y - r_y), a2 * (x - p_x) + b2 * (y - p_y)
-        f0, f1, f2 = (a0 * (x - q_x) + b0 * (y - q_y) + bias0) >> s, (e1 + bias1) >> s, (e2 + bias2) >> s
+        f0 = (a0 * (x - q_x) + b0 * (y - q_y) + bias0) >> s
+        f1 = (a1 * (x - r_x) + b1 * (y - r_y) + bias1) >> s
+        f2 = (a2 * (x - p_x) + b2 * (y - p_y) + bias2) >> s
     else:
         high0, low0 = product_halves(a0, b0, x - q_x, y - q_y)
         high1, low1 = product_halves(a1, b1, x - r_x, y - r_y)
         high2, low2 = product_halves(a2, b2, x - p_x, y - p_y)
         f0, f1, f2 = edge_start(high0, low0, bias0, s), edge_start(high1, low1, bias1, s), edge_start(high2, low2, bias2, s)
-    return box_end > x_end, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2, e1, e2, turn * area
+    return box_end > x_end, x_start, x_end, y_start, y_end, f0, f1, f2, a0, a1, a2, b0, b1, b2
 
 
 @helper_kernel

@@ -14,7 +14,7 @@ import numpy as np
 
 from scanspan.color.transfer import STARTS
 from scanspan.jit import bare_helper
-from scanspan.records import Float64Array, Int32Array, Integer, UInt8Array
+from scanspan.records import Float64Array, Int32Array, Int64Array, Integer, UInt8Array
 from scanspan.shade.color import LINEAR_FROM_SRGB8, THRESHOLDS
 from scanspan.shade.srgb import encode_value
 
@@ -86,20 +86,31 @@ def write_sample_paint(row: Int32Array, q: int, inside: bool, depth: float, numb
 
 
 @bare_helper
-def one_word(
-    values: Int32Array, n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer, f1: Integer, f2: Integer,
-    a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
-) -> np.int32:  # fmt: skip
+def fetch_none(
+    values: Int32Array, listed: Int64Array, start: Integer, count: Integer, floats: Float64Array, codes: UInt8Array
+) -> None:
+    """Fetch nothing for scan_flat: one value is at hand when it is asked for."""
+
+
+@bare_helper
+def set_up_none(floats: Float64Array, codes: UInt8Array, count: Integer, unit: float) -> None:
+    """Set nothing up for scan_flat."""
+
+
+@bare_helper
+def one_word(values: Int32Array, n: Integer, floats: Float64Array, k: Integer) -> np.int32:
     """Return what scan_flat writes for a triangle of one value: the value."""
     word: np.int32 = values[n]
     return word
 
 
 @bare_helper
-def write_word(row: Int32Array, q: int, inside: bool, word: np.int32, i: Integer, j: Integer) -> None:
-    """Put an opaque colour as it is stored, or a number, into a row of 32 bits; a masked store, as above."""
+def write_word(
+    flat: Int32Array, at: Integer, inside: bool, word: np.int32, i: Integer, j: Integer, e1: Integer, e2: Integer
+) -> None:
+    """Put an opaque colour as it is stored, or a number, into an image of 32 bits; a masked store, as above."""
     if inside:
-        row[q] = word
+        flat[at] = word
 
 
 @bare_helper

@@ -13,14 +13,15 @@ import numpy as np
 
 from scanspan.geometry.fixed_point import to_grid
 from scanspan.jit import bare_helper, bare_kernel
+from scanspan.raster.lanes import whole_vectors
 from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Integer, Sampling
 from scanspan.target.planes import (
     OPAQUE,
-    SHADE_LANES,
     SURE,
     channel_code,
     channel_plane,
     corner_values,
+    pack_word,
     start_planes,
     sure_code,
 )  # fmt: skip
@@ -28,8 +29,8 @@ from scanspan.target.planes import (
 KEPT = 1 << 12  # triangles whose planes are kept
 
 # Numbers of a record: the first corner, the inverse of twice the area or 0 where sums may not be exact; and from PLANES on, for
-# each channel, what it changes by with a sub-pixel right and down, times twice the area, and its base and part of a code.
-INVERSE, PLANES, PLANE, FIELDS = 2, 3, 4, 16
+# each channel, what it changes by with a sub-pixel right and down, times twice the area, and its part of a code.
+INVERSE, PLANES, PLANE, FIELDS = 2, 3, 3, 12
 
 
 def room_for_planes() -> tuple[Float64Array, Int64Array]:
@@ -51,10 +52,10 @@ def keep_planes(vertices: Float64Array, colors: Array, n: Integer, scale: float,
         return
     kept[at + np.uint64(INVERSE)] = 1.0 / (q_x * r_y - q_y * r_x)
     for k in range(3):
-        right, down, base, part = channel_plane(*corner_values(colors, n, 0, 1, 2, k), r_y, -q_y, -r_x, q_x)
         plane = at + np.uint64(PLANES + PLANE * k)
-        kept[plane], kept[plane + np.uint64(1)] = right, down
-        kept[plane + np.uint64(2)], kept[plane + np.uint64(3)] = base, part
+        kept[plane], kept[plane + np.uint64(1)], kept[plane + np.uint64(2)] = channel_plane(
+            *corner_values(colors, n, 0, 1, 2, k), r_y, -q_y, -r_x, q_x
+        )
 
 
 @bare_helper
@@ -66,14 +67,14 @@ def color_far_run(
         to_grid(vertices[n, 0, 0], scale), to_grid(vertices[n, 0, 1], scale), to_grid(vertices[n, 1, 0], scale),
         to_grid(vertices[n, 1, 1], scale), to_grid(vertices[n, 2, 0], scale), to_grid(vertices[n, 2, 1], scale), x, y, sampling,
     )  # fmt: skip
-    red, red_step, red_base, red_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 0), e1, e2, step1, step2)
-    green, green_step, green_base, green_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 1), e1, e2, step1, step2)
-    blue, blue_step, blue_base, blue_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 2), e1, e2, step1, step2)
+    red, red_step, red_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 0), e1, e2, step1, step2)
+    green, green_step, green_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 1), e1, e2, step1, step2)
+    blue, blue_step, blue_part = channel_plane(*corner_values(colors, n, 0, 1, 2, 2), e1, e2, step1, step2)
     for k in range(row.shape[0]):
         word = (
-            channel_code(red, red_step, red_base, red_part, inverse, k)
-            + (channel_code(green, green_step, green_base, green_part, inverse, k) << 8)
-            + (channel_code(blue, blue_step, blue_base, blue_part, inverse, k) << 16)
+            channel_code(red, red_step, red_part, inverse, k)
+            + (channel_code(green, green_step, green_part, inverse, k) << 8)
+            + (channel_code(blue, blue_step, blue_part, inverse, k) << 16)
         )
         row[k] = np.int32(word - OPAQUE)
 
@@ -94,7 +95,7 @@ def color_numbers(
     width, s = np.int64(numbers.shape[1]), np.int64(sampling.subpixel_bits)
     scale = np.float64(np.int64(1) << s)
     flat, across = words.reshape(words.shape[0] * words.shape[1]), np.int64(words.shape[1])
-    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    one, two = np.uint64(1), np.uint64(2)
     for j in range(rows, row_end):
         i, y, start = np.int64(0), ((y_start + np.int64(j)) << s) + sampling.sample_y, (y_start + j) * across + x_start
         while i < width:
@@ -130,18 +131,15 @@ def color_numbers(
             red, red_step = right * kept[red_at] + down * kept[red_at + one], kept[red_at] * scale
             green, green_step = right * kept[green_at] + down * kept[green_at + one], kept[green_at] * scale
             blue, blue_step = right * kept[blue_at] + down * kept[blue_at + one], kept[blue_at] * scale
-            red_base, green_base, blue_base = kept[red_at + two], kept[green_at + two], kept[blue_at + two]
-            red_part, green_part, blue_part = kept[red_at + three], kept[green_at + three], kept[blue_at + three]
-            padded = (length + (SHADE_LANES - 1)) & -SHADE_LANES
+            red_part, green_part, blue_part = kept[red_at + two], kept[green_at + two], kept[blue_at + two]
+            padded = whole_vectors(length)
             row = flat[start + i : start + i + padded]
             for k in range(padded):
-                word = (
-                    sure_code(red, red_step, red_base, red_part, inverse, k)
-                    + (sure_code(green, green_step, green_base, green_part, inverse, k) << 8)
-                    + (sure_code(blue, blue_step, blue_base, blue_part, inverse, k) << 16)
-                )
                 if k < length:
-                    row[k] = np.int32(word - OPAQUE)
+                    row[k] = pack_word(
+                        sure_code(red, red_step, red_part, inverse, k), sure_code(green, green_step, green_part, inverse, k),
+                        sure_code(blue, blue_step, blue_part, inverse, k),
+                    )  # fmt: skip
             i = end
 
 

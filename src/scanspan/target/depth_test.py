@@ -24,15 +24,16 @@ import numpy as np
 from scanspan.assets.arrays import in_layout
 from scanspan.bands import run_bands
 from scanspan.geometry.project import screen_triangles
-from scanspan.jit import bare_helper, bare_kernel, inline_kernel, kernel
+from scanspan.jit import bare_helper, distinct_kernel, kernel
 from scanspan.memory import borrow
 from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run
-from scanspan.raster.flat import scan_flat, topmost_first
+from scanspan.raster.edge import OFFSCREEN_POINT
+from scanspan.raster.flat import Room, make_room, scan_flat
+from scanspan.raster.lanes import BLOCK, DEPTH
 from scanspan.raster.write import EMPTY_KEY, is_nearer, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
-from scanspan.target.gouraud import are_shaded_in_place, crop, shade_word, start_shade
-from scanspan.target.planes import SHADE_LANES
+from scanspan.target.gouraud import are_shaded_in_place, crop, fetch_codes, set_up_shades, shade_word, start_shade
 from scanspan.target.tiles import Tiled, sort_by_tiles
 from scanspan.target.triangles import run_flat, run_rows
 
@@ -40,61 +41,53 @@ THERE, NEW = -1.0, 0.0  # as numbers of primitives: of equal depths, what is the
 CACHE_BYTES = 1 << 22  # of pixels and depths, up to which triangles in no order do no harm
 
 
-@inline_kernel
-def two_rows(target: tuple[Int32Array, Float32Array], start: Integer, end: Integer) -> tuple[Int32Array, Float32Array]:
-    """Return some pixels of an image, (H W,), and their depths."""
-    return target[0][start:end], target[1][start:end]
-
-
 @bare_helper
-def start_tested(
-    values: tuple[Float64Array, UInt8Array], n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer,
-    f1: Integer, f2: Integer, a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
-) -> Any:  # fmt: skip
-    """Return the plane of depth over a box, in the terms that set_up_triangle has, and the planes of colour.
-
-    Needs   p is the corner that comes first in (y, x); which of the others is which makes no difference to the sums.
-    """
-    depths, colors = values
-    scale, unit = 1.0 / np.float64(area), np.float64(np.int64(1) << subpixel_bits)
-    slope1, slope2 = (depths[n, q] - depths[n, p]) * scale, (depths[n, r] - depths[n, p]) * scale
-    rest1, rest2 = np.float64(e1 - (f1 << subpixel_bits)), np.float64(e2 - (f2 << subpixel_bits))
-    depth = depths[n, p] + (rest1 * slope1 + rest2 * slope2)
-    shade = start_shade(colors, n, p, q, r, e1, e2, f1, f2, a1, a2, b1, b2, area, subpixel_bits)
-    return (
-        depth, slope1 * unit, slope2 * unit, np.float64(f1), np.float64(f2), np.float64(a1), np.float64(a2), np.float64(b1),
-        np.float64(b2), shade,
-    )  # fmt: skip
-
-
-@bare_helper
-def write_tested(row: tuple[Int32Array, Float32Array], k: int, inside: bool, value: Any, i: Integer, j: Integer) -> None:
-    """Colour one pixel of a box, (i, j) from its first, where it is nearer than what is there; two masked stores."""
-    words, depths = row
-    start, slope1, slope2, f1, f2, a1, a2, b1, b2, shade = value
-    x, y = np.float64(i), np.float64(j)
-    depth = np.float32((start + (((f1 + y * b1) + x * a1) * slope1 + ((f2 + y * b2) + x * a2) * slope2)) + 0.0)
-    word = shade_word(shade, i, j)
-    if inside and is_nearer(depth, NEW, depths[k], THERE):  # in this order: a lane beyond the box may lie beyond the picture
-        words[k], depths[k] = word, depth
-
-
-@bare_kernel
-def tested_words(
-    target: tuple[Int32Array, Float32Array], vertices: Float64Array, values: tuple[Float64Array, UInt8Array], room: Int64Array,
-    top: int, first: int, last: int, sampling: Sampling,
+def fetch_tested(
+    values: tuple[Float64Array, UInt8Array], listed: Int64Array, start: Integer, count: Integer, floats: Float64Array,
+    codes: UInt8Array,
 ) -> None:  # fmt: skip
-    """Half-space into (H, W) words of 32 bits and (H, W) depths, shaded between the corners.
+    """Copy the depths and colours at the corners of some triangles of a list into rows of numbers and codes."""
+    depths, colors = values
+    for k in range(count):
+        n = np.uint64(listed[np.uint64(start + k)])
+        floats[DEPTH * BLOCK + k], floats[(DEPTH + 1) * BLOCK + k] = depths[n, 0], depths[n, 1]
+        floats[(DEPTH + 2) * BLOCK + k] = depths[n, 2]
+    fetch_codes(colors, listed, start, count, floats, codes)
+
+
+@bare_helper
+def start_tested(values: Any, n: Integer, floats: Float64Array, k: Integer) -> Any:
+    """Return the plane of depth over the box of triangle k of a block, and the planes of colour."""
+    depth, slope1 = floats[DEPTH * BLOCK + k], floats[(DEPTH + 1) * BLOCK + k]
+    return depth, slope1, floats[(DEPTH + 2) * BLOCK + k], start_shade(values, n, floats, k)
+
+
+@bare_helper
+def write_tested(
+    target: tuple[Int32Array, Float32Array], at: Integer, inside: bool, value: Any, i: Integer, j: Integer, e1: Integer,
+    e2: Integer,
+) -> None:  # fmt: skip
+    """Colour one pixel of a box, (i, j) from its first, where it is nearer than what is there; two masked stores."""
+    words, depths = target
+    start, slope1, slope2, shade = value
+    depth = np.float32((start + (np.float64(e1) * slope1 + np.float64(e2) * slope2)) + 0.0)
+    if inside and is_nearer(depth, NEW, depths[at], THERE):  # in this order: a lane beyond the box may lie beyond the picture
+        words[at], depths[at] = shade_word(shade, i, j), depth
+
+
+@distinct_kernel
+def tested_words(
+    target: tuple[Int32Array, Float32Array], width: int, vertices: Float64Array, values: tuple[Float64Array, UInt8Array],
+    room: Room, top: int, first: int, last: int, sampling: Sampling,
+) -> None:  # fmt: skip
+    """Half-space into (H width,) words of 32 bits and as many depths, shaded between the corners.
 
     Shapes  values: depths (N, 3) and colors (N, 3, 3) or (N, 3, 4).
-    Needs   sums of edge values times colours fit.
+    Needs   sums of edge values times colours fit; the rule is not that of an off-screen point.
     """
-    words, depths = target
-    width, size = np.int64(words.shape[1]), words.shape[0] * words.shape[1]
-    flat = (words.reshape(size), depths.reshape(size))
     scan_flat(
-        topmost_first, start_tested, write_tested, two_rows, SHADE_LANES, flat, width, vertices, values, room, top, first, last,
-        sampling,
+        fetch_tested, set_up_shades, start_tested, write_tested, target, np.int64(width), vertices, values, room,
+        top, first, last, sampling,
     )  # fmt: skip
 
 
@@ -153,7 +146,8 @@ def paint_tested(
     threads : how many share the rows.
     """
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    if algorithm != "half-space" or not are_shaded_in_place(vertices, colors, sampling):
+    is_half_space = algorithm == "half-space" and sampling.rule != OFFSCREEN_POINT
+    if not is_half_space or not are_shaded_in_place(vertices, colors, sampling):
         corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
         paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return
@@ -171,6 +165,7 @@ def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling:
 
     def paint_some(first: int, last: int, stop: Event) -> None:
         """Paint some tiles."""
+        room = make_room(max(y_end - y_start for _, _, y_start, y_end in tiled.rectangles))
         for k in range(first, last):
             start, end = tiled.starts[k], tiled.starts[k + 1]
             if start == end or stop.is_set():
@@ -178,6 +173,6 @@ def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling:
             x_start, x_end, y_start, y_end = tiled.rectangles[k]
             within = sampling._replace(x_start=x_start, x_end=x_end, y_start=y_start, y_end=y_end)
             values = in_layout(tiled.depths[start:end], np.float64), tiled.colors[start:end]
-            run_rows(tested_words, target, tiled.vertices[start:end], values, within, stop, top=0)
+            run_rows(tested_words, target, tiled.vertices[start:end], values, within, stop, room, top=0)
 
     run_bands(paint_some, len(tiled.rectangles), threads, costs=np.diff(tiled.starts).astype(np.float64))

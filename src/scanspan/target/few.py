@@ -21,7 +21,7 @@ from scanspan.errors import InputError
 from scanspan.geometry.fixed_point import MAX_COORDINATE
 from scanspan.jit import helper_kernel, kernel
 from scanspan.raster.algorithms import ALGORITHMS, SMALL_IMAGE
-from scanspan.raster.flat import LISTED
+from scanspan.raster.flat import make_room_within
 from scanspan.raster.options import check_name, check_subpixel_bits, make_sampling
 from scanspan.records import Array, Float64Array, Int32Array, Sampling, UInt8Array
 from scanspan.samples import sample_offsets
@@ -61,7 +61,8 @@ def paint_flat_kernel(words: Int32Array, vertices: Float64Array, colors: UInt8Ar
             return False
         word = np.int64(colors[m, 0]) + (np.int64(colors[m, 1]) << 8) + (np.int64(colors[m, 2]) << 16)
         values[n] = np.int32(word - OPAQUE)
-    flat_words(words, vertices, values, np.empty((3, max(words.shape[0], LISTED)), np.int64), 0, 0, count, sampling)
+    room = make_room_within(words.shape[0])
+    flat_words(words.reshape(words.size), words.shape[1], vertices, values, room, 0, 0, count, sampling)
     return True
 
 
@@ -76,7 +77,8 @@ def paint_shaded_kernel(words: Int32Array, vertices: Float64Array, colors: UInt8
         for k in range(3):
             if colors[n, k, 3] != 255:
                 return False
-    shaded_words(words, vertices, colors, np.empty((3, max(words.shape[0], LISTED)), np.int64), 0, 0, count, sampling)
+    room = make_room_within(words.shape[0])
+    shaded_words(words.reshape(words.size), words.shape[1], vertices, colors, room, 0, 0, count, sampling)
     return True
 
 

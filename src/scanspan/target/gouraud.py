@@ -26,8 +26,9 @@ from scanspan.jit import bare_helper, bare_kernel, kernel
 from scanspan.raster.algorithms import SMALL, SMALL_IMAGE, count_passes, run_kernel
 from scanspan.raster.counters import COUNTERS
 from scanspan.raster.edge_walk import edge_walk
-from scanspan.raster.flat import as_given, one_row, scan_flat
+from scanspan.raster.flat import Room, scan_flat
 from scanspan.raster.half_space import half_space, visit_rows
+from scanspan.raster.lanes import BLOCK, VALUES
 from scanspan.raster.micropolygon import micropolygon
 from scanspan.raster.setup import keep_sample
 from scanspan.raster.warnock import HIDES_NOTHING, warnock
@@ -36,11 +37,10 @@ from scanspan.target.blend import ONE, blend_over
 from scanspan.target.color_runs import color_rows
 from scanspan.target.paint import PAINTERS
 from scanspan.target.planes import (
-    OPAQUE,
-    SHADE_LANES,
     channel_code,
     channel_plane,
     corner_values,
+    pack_word,
     start_planes,
     sure_code,
 )
@@ -49,6 +49,8 @@ from scanspan.target.triangles import fill_rows, lie_deep, measure_triangles, ru
 LISTED = 15  # triangles that a pixel's list has room for; with their number it is a line of the cache
 LIST_BYTES = 1 << 21  # of the lists of one band; they stay in the cache
 BAND_BYTES = 1 << 20  # of the numbers of one band
+# Rows of floats: the inverse of 2A; and for each channel what channel_plane returns, and how its start changes with each row.
+INVERSE, PLANES = VALUES, VALUES + 1
 SMALL_BOX = 400.0  # pixels in the mean box, up to which triangles are coloured where they are drawn
 
 
@@ -102,63 +104,92 @@ LISTERS: dict[str, Callable[..., None]] = {
 
 
 @bare_helper
-def start_shade(
-    colors: Array, n: Integer, p: Integer, q: Integer, r: Integer, e1: Integer, e2: Integer, f1: Integer, f2: Integer,
-    a1: Integer, a2: Integer, b1: Integer, b2: Integer, area: Integer, subpixel_bits: int,
-) -> Any:  # fmt: skip
-    """Return the planes of the three channels over a box, from the edges that scan_flat has at its first sample."""
-    start1, start2 = np.float64(e1), np.float64(e2)
-    right1, right2 = np.float64(a1 << subpixel_bits), np.float64(a2 << subpixel_bits)
-    down1, down2 = np.float64(b1 << subpixel_bits), np.float64(b2 << subpixel_bits)
-    reds, greens, blues = (
-        corner_values(colors, n, p, q, r, 0), corner_values(colors, n, p, q, r, 1), corner_values(colors, n, p, q, r, 2),
-    )  # fmt: skip
-    red, red_right, red_base, red_part = channel_plane(*reds, start1, start2, right1, right2)
-    green, green_right, green_base, green_part = channel_plane(*greens, start1, start2, right1, right2)
-    blue, blue_right, blue_base, blue_part = channel_plane(*blues, start1, start2, right1, right2)
-    red_down = channel_plane(*reds, down1, down2, 0.0, 0.0)[0]
-    green_down = channel_plane(*greens, down1, down2, 0.0, 0.0)[0]
-    blue_down = channel_plane(*blues, down1, down2, 0.0, 0.0)[0]
+def fetch_codes(
+    colors: UInt8Array, listed: Int64Array, start: Integer, count: Integer, floats: Float64Array, codes: UInt8Array
+) -> None:
+    """Copy the colours at the corners of some triangles of a list into rows of codes: three channels a corner."""
+    for k in range(count):
+        n = np.uint64(listed[np.uint64(start + k)])
+        for channel in range(3):
+            codes[channel * BLOCK + k] = colors[n, 0, channel]
+            codes[(3 + channel) * BLOCK + k] = colors[n, 1, channel]
+            codes[(6 + channel) * BLOCK + k] = colors[n, 2, channel]
+
+
+@bare_helper
+def set_up_channel(floats: Float64Array, codes: UInt8Array, count: Integer, channel: int) -> None:
+    """Write the plane of a channel of each triangle, from the two edges in the first six rows of floats."""
+    for k in range(count):
+        u0, u1 = np.float64(codes[np.uint64(channel * BLOCK + k)]), np.float64(codes[np.uint64((3 + channel) * BLOCK + k)])
+        u2, plane = np.float64(codes[np.uint64((6 + channel) * BLOCK + k)]), PLANES + 4 * channel
+        start, right, part = channel_plane(
+            u0, u1, u2, floats[k], floats[BLOCK + k], floats[2 * BLOCK + k], floats[3 * BLOCK + k]
+        )
+        down = channel_plane(u0, u1, u2, floats[4 * BLOCK + k], floats[5 * BLOCK + k], 0.0, 0.0)[0]
+        floats[np.uint64(plane * BLOCK + k)], floats[np.uint64((plane + 1) * BLOCK + k)] = start, right
+        floats[np.uint64((plane + 2) * BLOCK + k)], floats[np.uint64((plane + 3) * BLOCK + k)] = part, down
+
+
+@bare_helper
+def set_up_shades(floats: Float64Array, codes: UInt8Array, count: Integer, unit: float) -> None:
+    """Write the planes of three channels, from corners that count from the first sample of a box; these are overwritten."""
+    for k in range(count):
+        p_x, p_y, q_x, q_y = floats[k], floats[BLOCK + k], floats[2 * BLOCK + k], floats[3 * BLOCK + k]
+        r_x, r_y = floats[4 * BLOCK + k], floats[5 * BLOCK + k]
+        e_p, e_q, e_r = q_x * r_y - q_y * r_x, r_x * p_y - r_y * p_x, p_x * q_y - p_y * q_x
+        area = (e_p + e_q) + e_r
+        floats[INVERSE * BLOCK + k] = 1.0 / (area if area != 0.0 else 1.0)
+        floats[k], floats[BLOCK + k] = e_q, e_r
+        floats[2 * BLOCK + k], floats[3 * BLOCK + k] = (r_y - p_y) * unit, (p_y - q_y) * unit
+        floats[4 * BLOCK + k], floats[5 * BLOCK + k] = (p_x - r_x) * unit, (q_x - p_x) * unit
+    for channel in range(3):
+        set_up_channel(floats, codes, count, channel)
+
+
+@bare_helper
+def start_shade(values: Any, n: Integer, floats: Float64Array, k: Integer) -> Any:
+    """Return the planes of the three channels over the box of triangle k of a block."""
+    at = PLANES * BLOCK + k
     return (
-        1.0 / np.float64(area), red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base,
-        green_part, blue, blue_right, blue_down, blue_base, blue_part,
+        floats[INVERSE * BLOCK + k], floats[at], floats[at + BLOCK], floats[at + 2 * BLOCK], floats[at + 3 * BLOCK],
+        floats[at + 4 * BLOCK], floats[at + 5 * BLOCK], floats[at + 6 * BLOCK], floats[at + 7 * BLOCK],
+        floats[at + 8 * BLOCK], floats[at + 9 * BLOCK], floats[at + 10 * BLOCK], floats[at + 11 * BLOCK],
     )  # fmt: skip
 
 
 @bare_helper
 def shade_word(shade: Any, i: Integer, j: Integer) -> np.int32:
-    """Return the colour of a pixel of a box, (i, j) from its first."""
+    """Return the colour of a pixel of a box, (i, j) from its first; the pixel must be covered."""
     (
-        inverse, red, red_right, red_down, red_base, red_part, green, green_right, green_down, green_base, green_part, blue,
-        blue_right, blue_down, blue_base, blue_part,
+        inverse, red, red_right, red_part, red_down, green, green_right, green_part, green_down, blue, blue_right, blue_part,
+        blue_down,
     ) = shade  # fmt: skip
     y = np.float64(j)
-    word = (
-        sure_code(red + y * red_down, red_right, red_base, red_part, inverse, i)
-        + (sure_code(green + y * green_down, green_right, green_base, green_part, inverse, i) << 8)
-        + (sure_code(blue + y * blue_down, blue_right, blue_base, blue_part, inverse, i) << 16)
+    return pack_word(
+        sure_code(red + y * red_down, red_right, red_part, inverse, i),
+        sure_code(green + y * green_down, green_right, green_part, inverse, i),
+        sure_code(blue + y * blue_down, blue_right, blue_part, inverse, i),
     )
-    return np.int32(word - OPAQUE)
 
 
 @bare_helper
-def write_shade(row: Int32Array, q: int, inside: bool, shade: Any, i: Integer, j: Integer) -> None:
+def write_shade(
+    flat: Int32Array, at: Integer, inside: bool, shade: Any, i: Integer, j: Integer, e1: Integer, e2: Integer
+) -> None:
     """Colour one pixel of a box; a masked store, as of flat colours."""
-    word = shade_word(shade, i, j)
     if inside:
-        row[q] = word
+        flat[at] = shade_word(shade, i, j)
 
 
 @bare_kernel
 def shaded_words(
-    target: Int32Array, vertices: Float64Array, colors: UInt8Array, room: Int64Array, top: int, first: int, last: int,
+    flat: Int32Array, width: int, vertices: Float64Array, colors: UInt8Array, room: Room, top: int, first: int, last: int,
     sampling: Sampling,
 ) -> None:  # fmt: skip
-    """Half-space into (H, W) words of 32 bits, shaded between the corners. Needs: sums of edge values times colours fit."""
-    flat, width = target.reshape(target.shape[0] * target.shape[1]), np.int64(target.shape[1])
+    """Half-space into (H width,) words of 32 bits, shaded between the corners. Needs: sums of edge values times colours fit."""
     scan_flat(
-        as_given, start_shade, write_shade, one_row, SHADE_LANES, flat, width, vertices, colors, room, top, first, last,
-        sampling,
+        fetch_codes, set_up_shades, start_shade, write_shade, flat, np.int64(width), vertices, colors, room, top,
+        first, last, sampling,
     )  # fmt: skip
 
 
@@ -183,8 +214,8 @@ def lay_lists(
                 color = np.int64(255) << 24 if channels == 3 else np.int64(0)
                 for k in range(channels):
                     values = corner_values(colors, n, 0, 1, 2, k)
-                    start, step, base, part = channel_plane(*values, e1, e2, step1, step2)
-                    color += channel_code(start, step, base, part, inverse, 0) << (8 * k)
+                    start, step, part = channel_plane(*values, e1, e2, step1, step2)
+                    color += channel_code(start, step, part, inverse, 0) << (8 * k)
                 blend_over(pixels[y_start + j], x_start + i, color, ONE, is_linear)
             lists[j, i, 0] = 0
 

@@ -17,8 +17,8 @@ from scanspan.raster.setup import NEAR
 from scanspan.records import Array, Integer, Sampling
 
 SURE = float(1 << 21)  # sub-pixels along a side, below which sums of edge values times 8-bit colours are exact in float64
-SHADE_LANES = np.int64(8)  # channels are worked out in float64, and a vector has 64 bytes
 OPAQUE = np.int64(1 << 24)  # less this, a word of three channels has an alpha of 255
+ALPHA = np.int32(-(1 << 24))  # that alpha in a word
 MARGIN = 2.0**-41  # above the error of a channel, below the distance of a value from a tie that it does not meet
 
 
@@ -50,11 +50,10 @@ def start_planes(
 @bare_helper
 def channel_plane(
     u0: float, u1: float, u2: float, e1: float, e2: float, step1: float, step2: float
-) -> tuple[float, float, float, float]:
-    """Return a channel of a run of pixels, from its values at three corners, as base + floor((start + i step) / 2A + part)."""
+) -> tuple[float, float, float]:
+    """Return a channel of a run of pixels, from its values at three corners, as floor((start + i step) / 2A + part)."""
     d1, d2 = u1 - u0, u2 - u0
-    base = np.floor(u0 + 0.5)
-    return e1 * d1 + e2 * d2, step1 * d1 + step2 * d2, base, (u0 + 0.5 - base) + MARGIN
+    return e1 * d1 + e2 * d2, step1 * d1 + step2 * d2, (u0 + 0.5) + MARGIN
 
 
 @bare_helper
@@ -64,12 +63,18 @@ def corner_values(colors: Array, n: Integer, p: Integer, q: Integer, r: Integer,
 
 
 @bare_helper
-def channel_code(start: float, step: float, base: float, part: float, inverse: float, i: Integer) -> Integer:
+def channel_code(start: float, step: float, part: float, inverse: float, i: Integer) -> Integer:
     """Return a channel's code at pixel i of a run."""
-    return np.int64(min(max(base + np.floor((start + np.float64(i) * step) * inverse + part), 0.0), 255.0))
+    return np.int64(min(max(np.floor((start + np.float64(i) * step) * inverse + part), 0.0), 255.0))
 
 
 @bare_helper
-def sure_code(start: float, step: float, base: float, part: float, inverse: float, i: Integer) -> Integer:
+def sure_code(start: float, step: float, part: float, inverse: float, i: Integer) -> np.int32:
     """Return what channel_code does where the sums are exact: then a code is within its range at every covered sample."""
-    return np.int64(base + np.floor((start + np.float64(i) * step) * inverse + part))
+    return np.int32((start + np.float64(i) * step) * inverse + part)
+
+
+@bare_helper
+def pack_word(red: np.int32, green: np.int32, blue: np.int32) -> np.int32:
+    """Return an opaque pixel as it is stored."""
+    return np.int32(red | (green << np.int32(8)) | (blue << np.int32(16)) | ALPHA)

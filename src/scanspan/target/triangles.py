@@ -20,12 +20,12 @@ from scanspan.bands import run_bands
 from scanspan.jit import bare_kernel
 from scanspan.raster.algorithms import CHUNK, SMALL, SMALL_IMAGE
 from scanspan.raster.covered import covered_words, room_for_bits
-from scanspan.raster.flat import LISTED, as_given, one_row, scan_flat
-from scanspan.records import Array, Float64Array, Int32Array, Int64Array, Sampling, UInt8Array
-from scanspan.target.blend import one_word, write_word
+from scanspan.raster.flat import Room, make_room, scan_flat
+from scanspan.raster.lanes import VECTOR
+from scanspan.records import Array, Float64Array, Int32Array, Sampling, UInt8Array
+from scanspan.target.blend import fetch_none, one_word, set_up_none, write_word
 from scanspan.target.planes import SURE
 
-WORD_LANES = np.int64(16)  # 32-bit words in a vector of 64 bytes
 PASS_BYTES = 1 << 21  # of a picture in one band, where it is cut for the sake of the cache
 TOLD = 4096  # triangles that are looked at to cut rows into bands, and to find out how deep they lie
 DEEP, LARGE_BOX = 32, 4096.0  # boxes over each pixel and pixels in a box, from which on the last are drawn first
@@ -36,13 +36,13 @@ SETUP_COST, SCAN_COST, ROW_COST, VECTOR_COST = 20.0, 4.0, 1.5, 1.0
 
 @bare_kernel
 def flat_words(
-    target: Int32Array, vertices: Float64Array, words: Int32Array, room: Int64Array, top: int, first: int, last: int,
+    flat: Int32Array, width: int, vertices: Float64Array, words: Int32Array, room: Room, top: int, first: int, last: int,
     sampling: Sampling,
 ) -> None:  # fmt: skip
-    """Half-space into (H, W) words of 32 bits, one a triangle."""
-    flat, width = target.reshape(target.shape[0] * target.shape[1]), np.int64(target.shape[1])
+    """Half-space into (H width,) words of 32 bits, one a triangle."""
     scan_flat(
-        as_given, one_word, write_word, one_row, WORD_LANES, flat, width, vertices, words, room, top, first, last, sampling
+        fetch_none, set_up_none, one_word, write_word, flat, np.int64(width), vertices, words, room, top, first,
+        last, sampling,
     )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def row_costs(vertices: Array, height: int) -> Float64Array:
     p, q, r = some[:, 0], some[:, 1], some[:, 2]  # reducing an axis of three takes ten times as long
     low, high = np.minimum(np.minimum(p, q), r), np.maximum(np.maximum(p, q), r)
     top, bottom = (np.clip(y, 0, height).astype(np.int64) for y in (low[:, 1], high[:, 1] + 1))
-    cost = ROW_COST + VECTOR_COST * np.ceil((high[:, 0] - low[:, 0]) / float(WORD_LANES))
+    cost = ROW_COST + VECTOR_COST * np.ceil((high[:, 0] - low[:, 0]) / float(VECTOR))
     changes = np.zeros(height + 1)
     np.add.at(changes, top, cost)
     np.add.at(changes, bottom, -cost)
@@ -102,7 +102,7 @@ def part_of(arrays: Any, some: slice) -> Any:
 
 
 def run_rows(
-    kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, stop: Event,
+    kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, stop: Event, room: Room,
     top: int | None = None,
 ) -> None:  # fmt: skip
     """Run a kernel for the rows of a sampling, in chunks so that an interrupt is noticed.
@@ -110,20 +110,23 @@ def run_rows(
     Parameters
     ----------
     kernel : flat_words, or another of the same form.
-    target : (h, W) int32, or what else the kernel writes.
+    target : (h, W) int32, or several arrays that the kernel writes.
     vertices : (N, 3, 2) corners in pixels, checked; kernels get float64, a chunk at a time if they are float32.
     values : (N, ...), or several of them, as the kernel takes them.
     sampling : with the rows of one band.
     stop : set where no more is wanted.
+    room : for as many rows.
     top : the row of the image that target begins with; by default the first of the sampling.
     """
     top = sampling.y_start if top is None else top
-    room = np.empty((3, max(sampling.y_end - sampling.y_start, LISTED)), np.int64)
+    parts = target if isinstance(target, tuple) else (target,)
+    flats, width = tuple(part.reshape(-1) for part in parts), parts[0].shape[1]
+    flat = flats if isinstance(target, tuple) else flats[0]
     for first in range(0, len(vertices), CHUNK):
         if not stop.is_set():
             some = slice(first, first + CHUNK)
             corners = in_layout(vertices[some], np.float64)
-            kernel(target, corners, part_of(values, some), room, top, 0, len(corners), sampling)
+            kernel(flat, width, corners, part_of(values, some), room, top, 0, len(corners), sampling)
 
 
 def run_flat(kernel: Callable[..., None], target: Any, vertices: Array, values: Any, sampling: Sampling, threads: int) -> None:
@@ -135,7 +138,7 @@ def run_flat(kernel: Callable[..., None], target: Any, vertices: Array, values: 
     def fill_band(y_start: int, y_end: int, stop: Event) -> None:
         """Paint the rows of one band."""
         within = sampling._replace(y_start=y_start, y_end=y_end)
-        run_rows(kernel, part_of(target, slice(y_start, y_end)), vertices, values, within, stop)
+        run_rows(kernel, part_of(target, slice(y_start, y_end)), vertices, values, within, stop, make_room(y_end - y_start))
 
     share_rows(fill_band, (sampling.y_end, sampling.x_end), vertices, threads)
 
@@ -170,7 +173,7 @@ def fill_rows(target: Int32Array, vertices: Array, words: Int32Array, sampling: 
     Where they lie deep, they are drawn from the last to the first, which is the same picture.
     """
     if not is_deep:
-        run_rows(flat_words, target, vertices, words, sampling, stop)
+        run_rows(flat_words, target, vertices, words, sampling, stop, make_room(len(target)))
         return
     room, (taken, still_open) = np.empty((2, len(target)), np.int64), room_for_bits(*target.shape)
     for last in range(len(vertices), 0, -CHUNK):
