@@ -90,7 +90,7 @@ def test_a_block_remembers_the_least_of_its_keys():
         layers.draw_layer(target, lows, equation, np.int64(0), np.int64(0), np.int64(64), np.int64(16), np.int64(n),
                           np.int64(0), np.int64(16))  # fmt: skip
         slot, depths = np.empty(size[::-1], np.int32), np.empty(size[::-1], np.float32)
-        unpack_kernel(target.reshape(-1), slot.reshape(-1), NOT_TWICE, depths.reshape(-1))
+        unpack_kernel(target, slot, NOT_TWICE, depths, 0, target.shape[1])
         assert (slot == seen).all()
         assert (lows[:2, :2] == target.min()).all()
 
@@ -99,7 +99,7 @@ def test_a_block_remembers_the_least_of_its_keys():
     equation[9] = 0.875
     layers.draw_layer(target, lows, equation, np.int64(0), np.int64(0), np.int64(64), np.int64(16), np.int64(4),
                       np.int64(0), np.int64(16))  # fmt: skip
-    unpack_kernel(target.reshape(-1), slot.reshape(-1), NOT_TWICE, depths.reshape(-1))
+    unpack_kernel(target, slot, NOT_TWICE, depths, 0, target.shape[1])
     assert (slot == 3).all()
 
 

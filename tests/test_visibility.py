@@ -293,6 +293,24 @@ def test_interpolate_keeps_types_and_constants(rng):
         ss.interpolate((), np.zeros(5))
 
 
+@pytest.mark.parametrize("algorithm", ss.ALGORITHMS)
+def test_nothing_is_seen_beyond_the_box_about_all_triangles(algorithm, rng):
+    # Each picture gets the memory of the one before, which is full of keys that are nearer.
+    size, whole = (640, 330), [(-3, -3, -2.9, 3), (9, -3, -2.9, 3), (-3, 9, -2.9, 3)]
+    for scale, shift, options in ((0.3, 0.4, {}), (0.1, -0.95, {"threads": 2}), (0.2, 1.05, {}), (0.6, 0.0, {"threads": 3})):
+        ss.rasterize(whole, [(0, 1, 2)], size, algorithm=algorithm)
+        clip = np.concatenate(
+            [rng.uniform(-scale, scale, (60, 2)) + shift, rng.uniform(-0.5, 0.5, (60, 1)), np.ones((60, 1))], 1
+        )
+        triangles = np.arange(60).reshape(-1, 3)
+        seen = ss.rasterize(clip, triangles, size, algorithm=algorithm, **options)
+        wide = ss.rasterize(np.concatenate([clip, whole]), triangles, size, algorithm=algorithm, **options)
+        assert np.array_equal(seen.primitive, wide.primitive)
+        assert np.array_equal(seen.depth, wide.depth)
+        assert 0 < (seen.primitive >= 0).mean() < 0.4
+        assert ((seen.primitive >= 0) == (seen.depth > -np.inf)).all()
+
+
 def test_codes_are_interpolated_and_rounded_half_up(rng):
     clip, triangles = soup(rng, 60)
     for columns, options in ((3, {}), (4, {"samples": 4}), (1, {"depth_bits": 64, "threads": 2})):

@@ -29,6 +29,7 @@ from scanspan.records import (
     Float64Array,
     Int32Array,
     Int64Array,
+    Integer,
     Sampling,
     ScreenPolygons,
     ScreenTriangles,
@@ -44,7 +45,8 @@ from scanspan.shade.interpolate import (
 from scanspan.target.merge import merge_kernel
 
 UNPACKED = 256  # keys looked at together for whether all are empty
-NOT_TWICE = np.empty(0, np.int32)
+NOT_TWICE = np.empty((0, 0), np.int32)
+POINTS_WORTH = 4  # pixels for each point, from which on it is worth finding out where the points lie
 INTERPOLATE: dict[np.dtype[Any], Callable[..., None]] = {
     np.dtype(np.float64): interpolate_rows_kernel, np.dtype(np.float32): interpolate_float32_rows_kernel,
     np.dtype(np.uint8): interpolate_codes_kernel,
@@ -74,29 +76,59 @@ class Plane(NamedTuple):
 
 
 @kernel
-def unpack_kernel(keys: Int64Array, slot: Int32Array, same: Int32Array, depth: Float32Array) -> None:
+def find_bounds(xy: Int64Array) -> tuple[Integer, Integer, Integer, Integer]:
+    """Return the lowest x, the highest x, the lowest y and the highest y of (V, 2) points."""
+    low_x = low_y = np.int64(1 << 62)
+    high_x = high_y = np.int64(-(1 << 62))
+    for n in range(xy.shape[0]):
+        low_x, high_x = min(low_x, xy[n, 0]), max(high_x, xy[n, 0])
+        low_y, high_y = min(low_y, xy[n, 1]), max(high_y, xy[n, 1])
+    return low_x, high_x, low_y, high_y
+
+
+@kernel
+def unpack_kernel(
+    keys: Int64Array, slot: Int32Array, same: Int32Array, depth: Float32Array, x_start: Integer, x_end: Integer,
+) -> None:  # fmt: skip
     """Split keys into slots and depths, and write the slots twice where two arrays are given.
 
-    Shapes  keys: (n,) int64; slot: (n,) int32; same: (n,) or (0,) int32; depth: (n,) float32.
+    Shapes  keys: (h, W) int64, of which columns x_start to x_end are looked at, and the others are empty; slot: (h, W) int32;
+            same: (h, W) or (0, W) int32; depth: (h, W) float32.
     """
-    is_twice, step = same.shape[0] > 0, np.uint64(UNPACKED)
-    end = np.uint64(keys.shape[0])
-    start = np.uint64(0)
-    while start < end:
-        last, high = min(start + step, end), EMPTY_KEY
-        for i in range(start, last):
-            high = max(high, keys[i])
-        if high == EMPTY_KEY:
+    is_twice, step, width = same.shape[0] > 0, np.uint64(UNPACKED), np.uint64(keys.shape[1])
+    first, end = np.uint64(x_start), np.uint64(x_end)
+    for j in range(keys.shape[0]):
+        for i in range(np.uint64(0), first):
+            slot[j, i], depth[j, i] = np.int32(-1), np.float32(-np.inf)
+        start = first
+        while start < end:
+            last, high = min(start + step, end), EMPTY_KEY
             for i in range(start, last):
-                slot[i], depth[i] = np.int32(-1), np.float32(-np.inf)
-        else:
-            for i in range(start, last):
-                key = keys[i]
-                slot[i] = np.int32(-1) if key == EMPTY_KEY else np.int32(unpack_number(key))
-                depth[i] = np.float32(-np.inf) if key == EMPTY_KEY else unpack_depth(key)
-        for i in range(start, last if is_twice else start):
-            same[i] = slot[i]
-        start = last
+                high = max(high, keys[j, i])
+            if high == EMPTY_KEY:
+                for i in range(start, last):
+                    slot[j, i], depth[j, i] = np.int32(-1), np.float32(-np.inf)
+            else:
+                for i in range(start, last):
+                    key = keys[j, i]
+                    slot[j, i] = np.int32(-1) if key == EMPTY_KEY else np.int32(unpack_number(key))
+                    depth[j, i] = np.float32(-np.inf) if key == EMPTY_KEY else unpack_depth(key)
+            start = last
+        for i in range(end, width):
+            slot[j, i], depth[j, i] = np.int32(-1), np.float32(-np.inf)
+        for i in range(np.uint64(0), width if is_twice else np.uint64(0)):
+            same[j, i] = slot[j, i]
+
+
+def find_rectangle(triangles: ScreenTriangles, options: RasterOptions) -> tuple[int, int, int, int]:
+    """Return x_start, x_end, y_start and y_end of pixels beyond which nothing is drawn, where that is worth finding out."""
+    (width, height), s = options.size, options.subpixel_bits
+    is_plain = options.coverage == "sample" and not len(triangles.lines) and not len(triangles.weights)
+    if not is_plain or not 0 < len(triangles.xy) <= width * height // POINTS_WORTH:
+        return 0, width, 0, height
+    low_x, high_x, low_y, high_y = (int(side) >> s for side in find_bounds(triangles.xy))
+    x_start, y_start = min(max(low_x - 1, 0), width), min(max(low_y - 1, 0), height)
+    return x_start, max(min(high_x + 2, width), x_start), y_start, max(min(high_y + 2, height), y_start)
 
 
 def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
@@ -136,16 +168,17 @@ def find_visible(
             copy[...] = slot
         return Plane(offset, slot, pairs[..., 0].copy())
 
-    keys = borrow((height, width), np.int64)
-    keys.fill(EMPTY_KEY)
+    keys, (x_start, x_end, top, bottom) = borrow((height, width), np.int64), find_rectangle(triangles, options)
+    keys[top:bottom, x_start:x_end] = EMPTY_KEY
     run(options.algorithm, options.order, "keys", keys, triangles, sampling, options.threads)
     slot, depth = borrow((height, width), np.int32), borrow((height, width), np.float32)
 
     def unpack(y_start: int, y_end: int, stop: Event) -> None:
-        """Split the keys of one band."""
-        rows = slice(y_start, y_end)
-        second = NOT_TWICE if copy is None else copy[rows].reshape(-1)
-        unpack_kernel(keys[rows].reshape(-1), slot[rows].reshape(-1), second, depth[rows].reshape(-1))
+        """Split the keys of one band; above and below the rectangle there are none."""
+        first, last = min(max(top, y_start), y_end), min(max(bottom, y_start), y_end)
+        for start, end, columns in ((y_start, first, (0, 0)), (first, last, (x_start, x_end)), (last, y_end, (0, 0))):
+            rows = slice(start, end)
+            unpack_kernel(keys[rows], slot[rows], NOT_TWICE if copy is None else copy[rows], depth[rows], *columns)
 
     run_bands(unpack, height, options.threads)
     return Plane(offset, slot, depth)
