@@ -253,3 +253,26 @@ def test_what_cannot_be_painted_into(depth: Any, told: str) -> None:
     with pytest.raises(ss.InputError) as caught:
         ss.Canvas.from_array(np.zeros((4, 4, 4), np.uint8), depth)
     assert str(caught.value) == f"depth: expected a writable, contiguous (4, 4) array of float32 to paint into, got {told}"
+
+
+def test_pixels_and_depths_in_the_same_memory() -> None:
+    memory = np.zeros((4, 4, 4), np.uint8)
+    with pytest.raises(ss.InputError) as caught:
+        ss.Canvas.from_array(memory, memory.view(np.float32)[..., 0])
+    assert str(caught.value) == "depth: expected memory of its own, got some that the pixels have, too"
+
+
+def test_painting_with_colours_and_corners_that_the_canvas_has() -> None:
+    size, count = (40, 30), 60
+    own, other = ss.Canvas(*size), ss.Canvas(*size)
+    for canvas in (own, other):
+        canvas.pixels[..., :3] = np.random.default_rng(4).integers(0, 256, (*size[::-1], 3))
+    corners = np.random.default_rng(5).uniform(0, 30, (count, 3, 2))
+    corners[:, 1:] = corners[:, :1] + np.random.default_rng(6).uniform(-9, 9, (count, 2, 2))
+    depths = np.random.default_rng(7).uniform(0, 1, (count, 3))
+    shared = own.pixels.reshape(-1)[: count * 12].reshape(count, 3, 4)
+    copied = shared.copy()
+    own.triangles(corners, shared, depths=depths)
+    other.triangles(corners, copied, depths=depths)
+    assert np.array_equal(own.pixels, other.pixels)
+    assert (own.depth > -np.inf).sum() > 200

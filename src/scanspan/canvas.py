@@ -119,7 +119,7 @@ class Canvas:
         check_target("pixels", pixels, np.uint8, ("H", "W", 4))
         check_size((pixels.shape[1], pixels.shape[0]))
         if depth is not None:
-            check_target("depth", depth, np.float32, pixels.shape[:2])
+            check_target("depth", depth, np.float32, pixels.shape[:2], pixels)
         canvas = cls.__new__(cls)
         canvas.pixels = pixels
         canvas._set_up(blend, threads, depth)

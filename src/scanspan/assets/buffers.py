@@ -43,8 +43,13 @@ def copy_indices(indices: NDArray[np.int32], count: int, copy: NDArray[np.int32]
     return bool((low < 0) | ((high >= count) & (given.shape[0] > 0)))
 
 
-def check_target(name: str, array: Any, dtype: type[np.generic], shape: tuple[Any, ...]) -> None:
-    """Raise an InputError unless kernels can write into an array in place; a letter in `shape` is any number above 0."""
+def check_target(
+    name: str, array: Any, dtype: type[np.generic], shape: tuple[Any, ...], other: NDArray[Any] | None = None
+) -> None:
+    """Raise an InputError unless kernels can write into an array in place; a letter in `shape` is any number above 0.
+
+    It must not lie over another array that is written at the same time.
+    """
     fits = isinstance(array, np.ndarray) and array.dtype == dtype and array.ndim == len(shape) and 0 not in array.shape
     fits = fits and all(isinstance(n, str) or n == m for n, m in zip(shape, array.shape, strict=True))
     if not fits or not array.flags.c_contiguous or not array.flags.writeable:
@@ -53,6 +58,8 @@ def check_target(name: str, array: Any, dtype: type[np.generic], shape: tuple[An
         raise InputError(
             f"{name}: expected a writable, contiguous ({sides}) array of {np.dtype(dtype)} to paint into, got {told}"
         )
+    if other is not None and np.may_share_memory(array, other):
+        raise InputError(f"{name}: expected memory of its own, got some that the pixels have, too")
 
 
 def check_triangles(triangles: ArrayLike, vertex_count: int) -> NDArray[np.int32]:

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scanspan.geometry.fixed_point import to_grid
-from scanspan.jit import bare_helper, inline_kernel
+from scanspan.jit import bare_helper, bare_part, inline_kernel
 from scanspan.raster.lanes import (
     ACROSS,
     BLOCK,
@@ -80,7 +80,7 @@ def make_room(height: int) -> Room:
 make_room_within = inline_kernel(make_room)
 
 
-@bare_helper
+@bare_part
 def cut_rows(starts: Int64Array, ends: Int64Array, rows: Integer, width: Integer, f: Integer, a: Integer, b: Integer) -> None:
     """Cut the spans of some rows to what lies on the inner side of an edge.
 
@@ -100,7 +100,7 @@ def cut_rows(starts: Int64Array, ends: Int64Array, rows: Integer, width: Integer
             ends[j] = ends[j] if value >= 0 else ZERO
 
 
-@bare_helper
+@bare_part
 def list_near(vertices: Array, first: int, last: int, above: float, below: float, listed: Int64Array) -> Integer:
     """List the triangles among first to last that are not all above or below some rows, and return how many there are."""
     count = ZERO
@@ -136,7 +136,20 @@ def set_up_far(
         whole[DOWN * BLOCK + k], whole[(DOWN + 1) * BLOCK + k], whole[(DOWN + 2) * BLOCK + k] = b0, b1, b2
 
 
-@bare_helper
+@bare_part
+def set_up_block(
+    vertices: Array, listed: Int64Array, start: Integer, count: Integer, floats: Float64Array, whole: Int64Array,
+    sampling: Sampling,
+) -> None:  # fmt: skip
+    """Set up some triangles of a list, whose depths have been fetched if they have any."""
+    scale, many = np.float64(np.int64(1) << sampling.subpixel_bits), whole_vectors(count)
+    fetch_corners(vertices, listed, start, count, floats)
+    find_boxes(floats, whole, many, sampling, scale, np.float64(WIDE))
+    set_up_lanes(floats, whole, many, np.float64(sampling.cull), np.int64(sampling.rule), scale)
+    set_up_far(vertices, listed, start, count, whole, scale, sampling)
+
+
+@bare_part
 def list_rows(whole: Int64Array, count: Integer, rows: Int64Array) -> Integer:
     """List the rows of small boxes one by one, and of larger ones only that they are there; return how many entries that are.
 
@@ -206,7 +219,7 @@ def scan_flat(
     Needs   the rectangle of sampling lies within the target; write_value writes nothing where a sample is not inside.
     Cost    O(box) in whole vectors up to WIDE samples across; beyond it O(covered samples), and a few instructions a row.
     """
-    scale, cull, rule = np.float64(np.int64(1) << sampling.subpixel_bits), np.float64(sampling.cull), np.int64(sampling.rule)
+    scale = np.float64(np.int64(1) << sampling.subpixel_bits)
     above, below = np.float64(sampling.y_start - 1), np.float64(sampling.y_end + 1)
     listed, rows, whole, floats, codes = room.listed, room.rows, room.whole, room.floats, room.codes
     for block in range(first, last, LISTED):
@@ -214,11 +227,8 @@ def scan_flat(
         for m in range(ZERO, near, BLOCK):
             # Set up a block of triangles.
             count = min(near - m, np.int64(BLOCK))
-            fetch_corners(vertices, listed, m, count, floats)
             fetch_values(values, listed, m, count, floats, codes)
-            find_boxes(floats, whole, whole_vectors(count), sampling, scale, np.float64(WIDE))
-            set_up_lanes(floats, whole, whole_vectors(count), cull, rule, scale)
-            set_up_far(vertices, listed, m, count, whole, scale, sampling)
+            set_up_block(vertices, listed, m, count, floats, whole, sampling)
             set_up_values(floats, codes, whole_vectors(count), scale)
 
             # Draw them row by row, and as a whole those that are not small.

@@ -157,7 +157,13 @@ def paint_tested(
     if tiled is not None:
         paint_tiles((words, depth), tiled, sampling, threads)
         return
-    run_flat(tested_words, (words, depth), vertices, (in_layout(depths, np.float64), colors), sampling, threads)
+
+    # The kernel is told that no array lies over another; callers may paint with colours that they take from the canvas.
+    corners, deep, codes = (
+        array.copy() if np.may_share_memory(array, words) or np.may_share_memory(array, depth) else array
+        for array in (vertices, in_layout(depths, np.float64), colors)
+    )
+    run_flat(tested_words, (words, depth), corners, (deep, codes), sampling, threads)
 
 
 def paint_tiles(target: tuple[Int32Array, Float32Array], tiled: Tiled, sampling: Sampling, threads: int) -> None:
