@@ -120,15 +120,16 @@ def unpack_kernel(
             same[j, i] = slot[j, i]
 
 
-def find_rectangle(triangles: ScreenTriangles, options: RasterOptions) -> tuple[int, int, int, int]:
+def find_rectangle(triangles: ScreenTriangles, offset: Array, options: RasterOptions) -> tuple[int, int, int, int]:
     """Return x_start, x_end, y_start and y_end of pixels beyond which nothing is drawn, where that is worth finding out."""
     (width, height), s = options.size, options.subpixel_bits
     is_plain = options.coverage == "sample" and not len(triangles.lines) and not len(triangles.weights)
     if not is_plain or not 0 < len(triangles.xy) <= width * height // POINTS_WORTH:
         return 0, width, 0, height
-    low_x, high_x, low_y, high_y = (int(side) >> s for side in find_bounds(triangles.xy))
-    x_start, y_start = min(max(low_x - 1, 0), width), min(max(low_y - 1, 0), height)
-    return x_start, max(min(high_x + 2, width), x_start), y_start, max(min(high_y + 2, height), y_start)
+    low_x, high_x, low_y, high_y = find_bounds(triangles.xy)
+    left, top = min(max(int(low_x - offset[0]) >> s, 0), width), min(max(int(low_y - offset[1]) >> s, 0), height)
+    right, bottom = (int(high_x - offset[0]) >> s) + 1, (int(high_y - offset[1]) >> s) + 1
+    return left, max(min(right, width), left), top, max(min(bottom, height), top)
 
 
 def sampling_of(offset: Array, options: RasterOptions) -> Sampling:
@@ -168,7 +169,7 @@ def find_visible(
             copy[...] = slot
         return Plane(offset, slot, pairs[..., 0].copy())
 
-    keys, (x_start, x_end, top, bottom) = borrow((height, width), np.int64), find_rectangle(triangles, options)
+    keys, (x_start, x_end, top, bottom) = borrow((height, width), np.int64), find_rectangle(triangles, offset, options)
     keys[top:bottom, x_start:x_end] = EMPTY_KEY
     run(options.algorithm, options.order, "keys", keys, triangles, sampling, options.threads)
     slot, depth = borrow((height, width), np.int32), borrow((height, width), np.float32)
