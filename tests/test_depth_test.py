@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import scanspan as ss
-from scanspan.target import depth_test, gouraud
+from scanspan.target import depth_test
 from tests.painting import random_triangles
 
 ALGORITHMS = tuple(ss.ALGORITHMS)
@@ -98,14 +98,14 @@ def test_all_algorithms_and_threads_give_the_same_bits(channels: int, share: flo
 def test_both_ways_of_half_space_give_the_same_bits(
     options: dict[str, Any], rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # So many that they are cut into passes, in no order, with samples on edges.
-    size = (700, 800)
-    triangles = np.round((rng.random((6000, 1, 2)) * size + rng.normal(0, 7, (6000, 3, 2))) * 4) / 4
+    # So many that they are sorted by tiles, in no order, with samples on edges; of one vector across, of some, and wide ones.
+    size, spread = (700, 800), rng.choice([1.5, 4.0, 12.0, 60.0], (6000, 1, 1), p=[0.3, 0.4, 0.25, 0.05])
+    triangles = np.round((rng.random((6000, 1, 2)) * size + rng.normal(0, 1, (6000, 3, 2)) * spread) * 4) / 4
     colors, depths = rng.integers(0, 256, (6000, 3, 4)).astype(np.uint8), rng.integers(0, 9, (6000, 3)) / 8
     colors[..., 3] = 255
     pictures = []
     for box, threads in ((1e9, 1), (1e9, 3), (0.0, 1), (0.0, 3)):
-        monkeypatch.setattr(gouraud, "SMALL_BOX", box)
+        monkeypatch.setattr(depth_test, "LARGE_BOX", box)
         monkeypatch.setattr(depth_test, "CACHE_BYTES", 1 << 19)
         pictures.append(painted(triangles, colors, depths, size, threads=threads, **options))
     for pixels, depth in pictures[1:]:

@@ -80,11 +80,7 @@ def covered_words(
         if y_start >= y_end:
             continue
         across, rows, y_first = x_end - x_start, y_end - y_start, y_start - top
-        for j in range(rows):
-            starts[j], ends[j] = ZERO, across
-        cut_rows(starts, ends, rows, across, f0, a0, b0)
-        cut_rows(starts, ends, rows, across, f1, a1, b1)
-        cut_rows(starts, ends, rows, across, f2, a2, b2)
+        cut_rows(starts, ends, rows, across, f0, f1, f2, a0, a1, a2, b0, b1, b2)
 
         # Go through the rows of tiles that it reaches, and pass over those where nothing is open.
         for band in range(y_first // WORD, (y_end - top + (WORD - 1)) // WORD):

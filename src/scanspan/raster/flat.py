@@ -8,7 +8,8 @@ numbers that stay in the cache (lanes.py). After that there are three ways, and 
 rows   A box of up to 8 samples across, which is one vector, and 16 down is drawn as so many rows, listed beforehand one after
        the other through all small boxes: how many a triangle has is nothing that the processor has to guess.
 boxes  One of up to 64 samples across is tested whole, each row rounded up to whole vectors, so that there is no rest. A lane
-       outside of the box is outside of the triangle. The writer must leave such lanes alone: they may lie in the next row.
+       outside of the box is outside of the triangle. The writer must leave such lanes alone: they may lie in the next row. If
+       samples take long, only the vectors between the ends of each row are tested.
 spans  In a wider one, and where the image cuts a box off on the right, the ends of all rows are worked out first, row by row
        in vectors too: a quotient in float64 is right to less than half a sample, and one exact edge value tells on which side
        of it the edge lies. Between its ends a row is filled without a test.
@@ -66,6 +67,7 @@ class Room(NamedTuple):
     whole: Int64Array  # (WHOLE BLOCK,)
     floats: Float64Array  # (FLOATS BLOCK,)
     codes: UInt8Array  # (CODES BLOCK,)
+    vector: Int64Array  # (1,) VECTOR, which the compiler is not to know
 
 
 def make_room(height: int) -> Room:
@@ -73,31 +75,45 @@ def make_room(height: int) -> Room:
     return Room(
         np.empty(height, np.int64), np.empty(height, np.int64), np.empty(LISTED, np.int64),
         np.empty((BLOCK + 1) * SMALL_ROWS, np.int64), np.zeros(WHOLE * BLOCK, np.int64), np.zeros(FLOATS * BLOCK),
-        np.zeros(CODES * BLOCK, np.uint8),
+        np.zeros(CODES * BLOCK, np.uint8), np.full(1, VECTOR),
     )  # fmt: skip
 
 
 make_room_within = inline_kernel(make_room)
 
 
-@bare_part
-def cut_rows(starts: Int64Array, ends: Int64Array, rows: Integer, width: Integer, f: Integer, a: Integer, b: Integer) -> None:
-    """Cut the spans of some rows to what lies on the inner side of an edge.
+@bare_helper
+def cut_row(start: Integer, end: Integer, value: Integer, a: Integer, inverse: float, limit: float) -> tuple[Integer, Integer]:
+    """Return the span start to end of a row cut to what lies on the inner side of an edge.
 
-    Shapes  starts, ends: (rows or more,), the first sample of each row and the one after its last; f, a, b: see TriangleSetup.
-    Rule    f + a i + b j >= 0, exactly: within the width, at most 2^18, float64 rounds the quotient to a sample that is
-            the wanted one or its neighbour, and the edge value there tells which.
+    Rule    value + a i >= 0, exactly: within the limit, at most 2^18, float64 rounds the quotient to a sample that is the
+            wanted one or its neighbour, and the edge value there tells which.
     """
-    inverse, limit = -1.0 / np.float64(a if a != 0 else np.int64(1)), np.float64(width)
+    i = np.int64(np.rint(min(max(np.float64(value) * inverse, -1.0), limit)))
+    is_inside = value + a * i >= 0
+    first, last = i + np.int64(not is_inside), i + np.int64(is_inside)
+    stays: Integer = end if (a > 0) | (value >= 0) else ZERO
+    return max(start, first) if a > 0 else start, min(end, last if a < 0 else stays)
+
+
+@bare_part
+def cut_rows(
+    starts: Int64Array, ends: Int64Array, rows: Integer, width: Integer, f0: Integer, f1: Integer, f2: Integer, a0: Integer,
+    a1: Integer, a2: Integer, b0: Integer, b1: Integer, b2: Integer,
+) -> None:  # fmt: skip
+    """Find the first sample of each row of a box that is inside of three edges, and the one after the last.
+
+    Shapes  starts, ends: (rows or more,), written; f0 to b2: see TriangleSetup.
+    Units   width: samples across.
+    """
+    limit = np.float64(width)
+    inverse0 = -1.0 / np.float64(a0 if a0 != 0 else ONE)
+    inverse1 = -1.0 / np.float64(a1 if a1 != 0 else ONE)
+    inverse2 = -1.0 / np.float64(a2 if a2 != 0 else ONE)
     for j in range(rows):
-        value = f + b * j
-        i = np.int64(np.rint(min(max(np.float64(value) * inverse, -1.0), limit)))
-        if a > 0:
-            starts[j] = max(starts[j], i + np.int64(value + a * i < 0))
-        elif a < 0:
-            ends[j] = min(ends[j], i + np.int64(value + a * i >= 0))
-        else:
-            ends[j] = ends[j] if value >= 0 else ZERO
+        start, end = cut_row(ZERO, width, f0 + b0 * j, a0, inverse0, limit)
+        start, end = cut_row(start, end, f1 + b1 * j, a1, inverse1, limit)
+        starts[j], ends[j] = cut_row(start, end, f2 + b2 * j, a2, inverse2, limit)
 
 
 @bare_part
@@ -168,21 +184,19 @@ def list_rows(whole: Int64Array, count: Integer, rows: Int64Array) -> Integer:
 
 @inline_kernel
 def draw_box(
-    start_value: Callable[..., Any], write_value: Callable[..., None], target: Any, width: Integer, values: Any, n: Integer,
-    k: Integer, whole: Int64Array, floats: Float64Array, top: int, starts: Int64Array, ends: Int64Array,
+    start_value: Callable[..., Any], write_value: Callable[..., None], is_dear: bool, target: Any, width: Integer, values: Any,
+    n: Integer, k: Integer, room: Room, top: int, length: Integer,
 ) -> None:  # fmt: skip
-    """Write the value of triangle n, which is k in its block, to all samples that it covers.
-
-    Shapes  starts, ends: (H,), to work in.
-    """
+    """Write the value of triangle n, which is k in its block, to all samples that it covers; see scan_flat."""
+    whole = room.whole
     f0, f1, f2 = whole[EDGE * BLOCK + k], whole[(EDGE + 1) * BLOCK + k], whole[(EDGE + 2) * BLOCK + k]
     a0, a1, a2 = whole[RIGHT * BLOCK + k], whole[(RIGHT + 1) * BLOCK + k], whole[(RIGHT + 2) * BLOCK + k]
     b0, b1, b2 = whole[DOWN * BLOCK + k], whole[(DOWN + 1) * BLOCK + k], whole[(DOWN + 2) * BLOCK + k]
     rows, across, padded = whole[ROWS * BLOCK + k], whole[ACROSS * BLOCK + k], whole[PADDED * BLOCK + k]
-    start, value = (whole[TOP * BLOCK + k] - top) * width + whole[LEFT * BLOCK + k], start_value(values, n, floats, k)
+    start, value = (whole[TOP * BLOCK + k] - top) * width + whole[LEFT * BLOCK + k], start_value(values, n, room.floats, k)
 
     # Test all samples of a narrow box, some beyond its right side included.
-    if padded > 0:
+    if padded > 0 and not is_dear:
         for j in range(rows):
             for i in range(padded):
                 e1, e2 = f1 + i * a1, f2 + i * a2
@@ -190,30 +204,34 @@ def draw_box(
             f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
         return
 
-    # Work out where each row of a wide one begins and ends, and fill it.
+    # Work out where each row begins and ends, and fill it; or if it is narrow, go through it vector by vector.
+    cut_rows(room.starts, room.ends, rows, across, f0, f1, f2, a0, a1, a2, b0, b1, b2)
     for j in range(rows):
-        starts[j], ends[j] = ZERO, across
-    cut_rows(starts, ends, rows, across, f0, a0, b0)
-    cut_rows(starts, ends, rows, across, f1, a1, b1)
-    cut_rows(starts, ends, rows, across, f2, a2, b2)
-    for j in range(rows):
-        left = starts[j]
-        for i in range(ends[j] - left):
-            e1, e2 = f1 + (left + i) * a1, f2 + (left + i) * a2
-            write_value(target, np.uint64(start + left + i), True, value, left + i, j, e1, e2)
-        f1, f2, start = f1 + b1, f2 + b2, start + width
+        left, end = room.starts[j], room.ends[j]
+        if padded > 0:
+            for x in range(left, end, VECTOR):
+                d0, d1, d2 = f0 + x * a0, f1 + x * a1, f2 + x * a2
+                for i in range(length):
+                    e1, e2 = d1 + i * a1, d2 + i * a2
+                    write_value(target, np.uint64(start + x + i), ((d0 + i * a0) | e1 | e2) >= 0, value, x + i, j, e1, e2)
+        else:
+            for i in range(end - left):
+                e1, e2 = f1 + (left + i) * a1, f2 + (left + i) * a2
+                write_value(target, np.uint64(start + left + i), True, value, left + i, j, e1, e2)
+        f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
 
 
 @inline_kernel
 def scan_flat(
     fetch_values: Callable[..., None], set_up_values: Callable[..., None], start_value: Callable[..., Any],
-    write_value: Callable[..., None], target: Any, width: Integer, vertices: Array, values: Any, room: Room, top: int,
-    first: int, last: int, sampling: Sampling,
+    write_value: Callable[..., None], is_dear: bool, target: Any, width: Integer, vertices: Array, values: Any, room: Room,
+    top: int, first: int, last: int, sampling: Sampling,
 ) -> None:  # fmt: skip
     """Write the values of triangles first to last to all samples that they cover, in order.
 
     Shapes  target: (H width,), or more of them, as write_value takes it; vertices: (N, 3, 2); values: (N, ...), as fetch_values
-            and start_value take them; room: from make_room; top: the row of the image that is the first of target.
+            and start_value take them; room: from make_room; top: the row of the image that is the first of target; is_dear:
+            whether a vector of samples takes so long that it is worth finding out where rows begin and end.
     Units   vertices in pixels, within 2^24 of 0.
     Rule    sampling.rule, folded into the edge constants by the setup; samples decide.
     Needs   the rectangle of sampling lies within the target; write_value writes nothing where a sample is not inside.
@@ -222,6 +240,10 @@ def scan_flat(
     scale = np.float64(np.int64(1) << sampling.subpixel_bits)
     above, below = np.float64(sampling.y_start - 1), np.float64(sampling.y_end + 1)
     listed, rows, whole, floats, codes = room.listed, room.rows, room.whole, room.floats, room.codes
+
+    # This is VECTOR. If the compiler knew, it would write out loops of that length sample by sample; but it has to know that it
+    # is no more, to make one vector of them.
+    length = room.vector[0] & VECTOR
     for block in range(first, last, LISTED):
         near = list_near(vertices, block, min(block + LISTED, last), above, below, listed)
         for m in range(ZERO, near, BLOCK):
@@ -236,8 +258,8 @@ def scan_flat(
                 entry = rows[e]
                 if entry < 0:
                     draw_box(
-                        start_value, write_value, target, width, values, listed[m - 1 - entry], -1 - entry, whole, floats, top,
-                        room.starts, room.ends,
+                        start_value, write_value, is_dear, target, width, values, listed[m - 1 - entry], -1 - entry, room, top,
+                        length,
                     )  # fmt: skip
                     continue
                 k, j = entry & (ROW - 1), entry >> ROW_SHIFT
@@ -248,8 +270,6 @@ def scan_flat(
                 f1 = whole[(EDGE + 1) * BLOCK + k] + j * whole[(DOWN + 1) * BLOCK + k]
                 f2 = whole[(EDGE + 2) * BLOCK + k] + j * whole[(DOWN + 2) * BLOCK + k]
 
-                # This is VECTOR. If the compiler knew, it would write the loop out sample by sample; but it has to know that it
-                # is no more, to make one vector of it.
-                for i in range(whole[PADDED * BLOCK + k] & VECTOR):
+                for i in range(length):
                     e1, e2 = f1 + i * a1, f2 + i * a2
                     write_value(target, np.uint64(start + i), ((f0 + i * a0) | e1 | e2) >= 0, value, i, j, e1, e2)

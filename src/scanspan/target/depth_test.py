@@ -4,9 +4,9 @@ The depth of a sample is the one that `rasterize` gives, from the same exact edg
 seen where it is larger than what is there already; of equal depths, the first stays. So a canvas has a depth for each pixel,
 and calls that follow each other, and pictures from elsewhere with their depths, hide each other like triangles of one call.
 
-There are two ways, which give the same bits. Half-space draws small triangles straight into pixels and depths, each sample
-tested and coloured where it is drawn: to find out first what is seen of them costs more than to colour all. All others, and all
-other algorithms, find out first: they draw into keys, as for `rasterize`, and what is seen is coloured by number afterwards.
+There are two ways, which give the same bits. Half-space draws triangles straight into pixels and depths, each sample tested
+and coloured where it is drawn: to find out first what is seen of them costs more than to colour all. Large ones, and all other
+algorithms, find out first: they draw into keys, as for `rasterize`, and what is seen is coloured by number afterwards.
 
 Triangles that jump about the picture are first sorted by tiles, which stay in the cache of a processor (tiles.py;
 docs/decisions/0020-depth-on-a-canvas.md has the measurements).
@@ -26,7 +26,7 @@ from scanspan.bands import run_bands
 from scanspan.geometry.project import screen_triangles
 from scanspan.jit import bare_helper, distinct_kernel, kernel
 from scanspan.memory import borrow
-from scanspan.raster.algorithms import SMALL_IMAGE, are_in_order, run
+from scanspan.raster.algorithms import LARGE_BOX, SMALL_IMAGE, are_in_order, run
 from scanspan.raster.edge import OFFSCREEN_POINT
 from scanspan.raster.flat import Room, make_room, scan_flat
 from scanspan.raster.lanes import BLOCK, DEPTH
@@ -86,7 +86,7 @@ def tested_words(
     Needs   sums of edge values times colours fit; the rule is not that of an off-screen point.
     """
     scan_flat(
-        fetch_tested, set_up_shades, start_tested, write_tested, target, np.int64(width), vertices, values, room,
+        fetch_tested, set_up_shades, start_tested, write_tested, True, target, np.int64(width), vertices, values, room,
         top, first, last, sampling,
     )  # fmt: skip
 
@@ -147,7 +147,7 @@ def paint_tested(
     """
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
     is_half_space = algorithm == "half-space" and sampling.rule != OFFSCREEN_POINT
-    if not is_half_space or not are_shaded_in_place(vertices, colors, sampling):
+    if not is_half_space or not are_shaded_in_place(vertices, colors, sampling, LARGE_BOX):
         corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
         paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return

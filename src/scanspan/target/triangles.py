@@ -41,7 +41,7 @@ def flat_words(
 ) -> None:  # fmt: skip
     """Half-space into (H width,) words of 32 bits, one a triangle."""
     scan_flat(
-        fetch_none, set_up_none, one_word, write_word, flat, np.int64(width), vertices, words, room, top, first,
+        fetch_none, set_up_none, one_word, write_word, False, flat, np.int64(width), vertices, words, room, top, first,
         last, sampling,
     )  # fmt: skip
 
