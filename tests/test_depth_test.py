@@ -104,8 +104,9 @@ def test_both_ways_of_half_space_give_the_same_bits(
     colors, depths = rng.integers(0, 256, (6000, 3, 4)).astype(np.uint8), rng.integers(0, 9, (6000, 3)) / 8
     colors[..., 3] = 255
     pictures = []
-    for box, threads in ((1e9, 1), (1e9, 3), (0.0, 1), (0.0, 3)):
-        monkeypatch.setattr(depth_test, "LARGE_BOX", box)
+    for large, sort, threads in ((1e9, 1e9, 1), (1e9, 1e9, 3), (1e9, 0.0, 1), (1e9, 0.0, 3), (0.0, 0.0, 1), (0.0, 0.0, 3)):
+        monkeypatch.setattr(depth_test, "LARGE_BOX", large)
+        monkeypatch.setattr(depth_test, "SORTED_BOX", sort)
         monkeypatch.setattr(depth_test, "CACHE_BYTES", 1 << 19)
         pictures.append(painted(triangles, colors, depths, size, threads=threads, **options))
     for pixels, depth in pictures[1:]:

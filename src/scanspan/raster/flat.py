@@ -8,11 +8,11 @@ numbers that stay in the cache (lanes.py). After that there are three ways, and 
 rows   A box of up to 8 samples across, which is one vector, and 16 down is drawn as so many rows, listed beforehand one after
        the other through all small boxes: how many a triangle has is nothing that the processor has to guess.
 boxes  One of up to 64 samples across is tested whole, each row rounded up to whole vectors, so that there is no rest. A lane
-       outside of the box is outside of the triangle. The writer must leave such lanes alone: they may lie in the next row. If
-       samples take long, only the vectors between the ends of each row are tested.
+       outside of the box is outside of the triangle. The writer must leave such lanes alone: they may lie in the next row.
 spans  In a wider one, and where the image cuts a box off on the right, the ends of all rows are worked out first, row by row
        in vectors too: a quotient in float64 is right to less than half a sample, and one exact edge value tells on which side
-       of it the edge lies. Between its ends a row is filled without a test.
+       of it the edge lies. Between its ends a row is filled without a test. Where samples take long, because they are tested
+       by depth, all that are not small are drawn so.
 
 docs/decisions/0014-small-triangles.md and 0022-lanes.md have the measurements.
 
@@ -204,21 +204,20 @@ def draw_box(
             f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
         return
 
-    # Work out where each row begins and ends, and fill it; or if it is narrow, go through it vector by vector.
+    # Work out where each row begins and ends, and fill it; or go through it vector by vector, which leaves no rest.
     cut_rows(room.starts, room.ends, rows, across, f0, f1, f2, a0, a1, a2, b0, b1, b2)
     for j in range(rows):
         left, end = room.starts[j], room.ends[j]
-        if padded > 0:
+        if is_dear:
             for x in range(left, end, VECTOR):
-                d0, d1, d2 = f0 + x * a0, f1 + x * a1, f2 + x * a2
+                d1, d2 = f1 + x * a1, f2 + x * a2
                 for i in range(length):
-                    e1, e2 = d1 + i * a1, d2 + i * a2
-                    write_value(target, np.uint64(start + x + i), ((d0 + i * a0) | e1 | e2) >= 0, value, x + i, j, e1, e2)
+                    write_value(target, np.uint64(start + x + i), i < end - x, value, x + i, j, d1 + i * a1, d2 + i * a2)
         else:
             for i in range(end - left):
                 e1, e2 = f1 + (left + i) * a1, f2 + (left + i) * a2
                 write_value(target, np.uint64(start + left + i), True, value, left + i, j, e1, e2)
-        f0, f1, f2, start = f0 + b0, f1 + b1, f2 + b2, start + width
+        f1, f2, start = f1 + b1, f2 + b2, start + width
 
 
 @inline_kernel

@@ -33,11 +33,12 @@ from scanspan.raster.lanes import BLOCK, DEPTH
 from scanspan.raster.write import EMPTY_KEY, is_nearer, unpack_depth, unpack_number
 from scanspan.records import Array, Float32Array, Float64Array, Int32Array, Int64Array, Integer, Sampling, UInt8Array
 from scanspan.target.color_runs import color_rows
-from scanspan.target.gouraud import are_shaded_in_place, crop, fetch_codes, set_up_shades, shade_word, start_shade
+from scanspan.target.gouraud import crop, fetch_codes, set_up_shades, shade_word, start_shade
 from scanspan.target.tiles import Tiled, sort_by_tiles
-from scanspan.target.triangles import run_flat, run_rows
+from scanspan.target.triangles import measure_triangles, run_flat, run_rows
 
 THERE, NEW = -1.0, 0.0  # as numbers of primitives: of equal depths, what is there comes first
+SORTED_BOX = 400.0  # pixels in the mean box, beyond which what triangles themselves cover makes up for jumping about
 CACHE_BYTES = 1 << 22  # of pixels and depths, up to which triangles in no order do no harm
 
 
@@ -145,14 +146,16 @@ def paint_tested(
     sampling : of the whole image.
     threads : how many share the rows.
     """
-    words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    is_half_space = algorithm == "half-space" and sampling.rule != OFFSCREEN_POINT
-    if not is_half_space or not are_shaded_in_place(vertices, colors, sampling, LARGE_BOX):
+    words, count, is_drawn_here, mean = pixels.view(np.int32)[..., 0], len(vertices), False, 0.0
+    if algorithm == "half-space" and sampling.rule != OFFSCREEN_POINT and colors.dtype == np.uint8:
+        is_sure, mean = measure_triangles(vertices, sampling.subpixel_bits)
+        is_drawn_here = is_sure and mean <= LARGE_BOX
+    if not is_drawn_here:
         corners, deep = in_layout(vertices, np.float64), in_layout(depths, np.float64)
         paint_by_keys(words, depth, corners, deep, colors, algorithm, sampling, threads)
         return
-    tiled = None
-    if words.nbytes + depth.nbytes > CACHE_BYTES and not are_in_order(lambda some: vertices[some, 0, 1], count, len(words)):
+    tiled, may_jump = None, mean <= SORTED_BOX and words.nbytes + depth.nbytes > CACHE_BYTES
+    if may_jump and not are_in_order(lambda some: vertices[some, 0, 1], count, len(words)):
         tiled = sort_by_tiles(vertices, depths, colors, words.shape, threads)
     if tiled is not None:
         paint_tiles((words, depth), tiled, sampling, threads)

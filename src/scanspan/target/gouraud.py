@@ -246,12 +246,12 @@ def move(sampling: Sampling, x: int, y: int) -> Sampling:
     return sampling._replace(rule_x=sampling.rule_x - (x << s) * w, rule_y=sampling.rule_y - (y << s) * w)
 
 
-def are_shaded_in_place(vertices: Array, colors: Array, sampling: Sampling, small_box: float) -> bool:
+def are_shaded_in_place(vertices: Array, colors: Array, sampling: Sampling) -> bool:
     """Say whether triangles are so small that they are best coloured where they are drawn, and can be: colours are exact."""
     if colors.dtype != np.uint8:
         return False
     is_sure, mean = measure_triangles(vertices, sampling.subpixel_bits)
-    return is_sure and mean <= small_box
+    return is_sure and mean <= SMALL_BOX
 
 
 def paint_numbers(
@@ -293,7 +293,7 @@ def paint_opaque(pixels: UInt8Array, vertices: Array, colors: Array, algorithm: 
         paint_numbers(pixels, in_layout(vertices, np.float64), colors, algorithm, sampling, threads)
         return
     words, count = pixels.view(np.int32)[..., 0], len(vertices)
-    if are_shaded_in_place(vertices, colors, sampling, SMALL_BOX):
+    if are_shaded_in_place(vertices, colors, sampling):
         run_flat(shaded_words, words, vertices, colors, sampling, threads)
         return
     vertices = in_layout(vertices, np.float64)
