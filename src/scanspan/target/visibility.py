@@ -76,17 +76,6 @@ class Plane(NamedTuple):
 
 
 @kernel
-def find_bounds(xy: Int64Array) -> tuple[Integer, Integer, Integer, Integer]:
-    """Return the lowest x, the highest x, the lowest y and the highest y of (V, 2) points."""
-    low_x = low_y = np.int64(1 << 62)
-    high_x = high_y = np.int64(-(1 << 62))
-    for n in range(xy.shape[0]):
-        low_x, high_x = min(low_x, xy[n, 0]), max(high_x, xy[n, 0])
-        low_y, high_y = min(low_y, xy[n, 1]), max(high_y, xy[n, 1])
-    return low_x, high_x, low_y, high_y
-
-
-@kernel
 def unpack_kernel(
     keys: Int64Array, slot: Int32Array, same: Int32Array, depth: Float32Array, x_start: Integer, x_end: Integer,
 ) -> None:  # fmt: skip
@@ -126,7 +115,8 @@ def find_rectangle(triangles: ScreenTriangles, offset: Array, options: RasterOpt
     is_plain = options.coverage == "sample" and not len(triangles.lines) and not len(triangles.weights)
     if not is_plain or not 0 < len(triangles.xy) <= width * height // POINTS_WORTH:
         return 0, width, 0, height
-    low_x, high_x, low_y, high_y = find_bounds(triangles.xy)
+    x, y = triangles.xy[:, 0], triangles.xy[:, 1]  # reducing an axis of two takes thirty times as long
+    low_x, high_x, low_y, high_y = x.min(), x.max(), y.min(), y.max()
     left, top = min(max(int(low_x - offset[0]) >> s, 0), width), min(max(int(low_y - offset[1]) >> s, 0), height)
     right, bottom = (int(high_x - offset[0]) >> s) + 1, (int(high_y - offset[1]) >> s) + 1
     return left, max(min(right, width), left), top, max(min(bottom, height), top)
