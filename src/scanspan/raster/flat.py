@@ -169,7 +169,7 @@ def set_up_block(
 def list_rows(whole: Int64Array, count: Integer, rows: Int64Array) -> Integer:
     """List the rows of small boxes one by one, and of larger ones only that they are there; return how many entries that are.
 
-    Shapes  rows: (ENTRIES,), written: k + ROW j for row j of triangle k, and -1 - k for a triangle as a whole.
+    Shapes  rows: as in Room, written: k + ROW j for row j of triangle k, and -1 - k for a triangle as a whole.
     """
     listed = ZERO
     for k in range(count):
